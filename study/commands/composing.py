@@ -1,0 +1,142 @@
+"""What `run` and `simulate` have in common: opening a session and its recording."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import importlib.metadata
+import json
+import platform
+import re
+import secrets
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+
+from study.errors import StudyError
+from study.events.inputs import SessionOpened
+from study.events.shell import ClockPair
+from study.loading import LoadedProtocol
+from study.orders import least_used_order, possible_orders
+from study.recording.client import Recorder
+from study.recording.reader import read_recording
+
+PARTICIPANT = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,31}")
+_DEVICE_NAMES = re.compile(r"(?i)(con|prn|aux|nul|com[0-9]|lpt[0-9])")
+_VERSIONED = ("scaled-autonomy", "numpy", "scipy", "torch", "mcap", "pygame-ce", "pydantic")
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Assignment:
+    """Who takes part, and how.
+
+    Attributes:
+        participant: pseudonymous id.
+        seed: the session's seed.
+        order: conditions in the order run.
+        planned_index: place in the plan, from 0; -1 if unknown.
+        operator_kind: "person" or "simulated".
+        operator_json: parameters of a simulated operator.
+    """
+
+    participant: str
+    seed: int
+    order: tuple[str, ...]
+    planned_index: int
+    operator_kind: str
+    operator_json: str = "{}"
+
+
+def check_participant(given: str) -> str:
+    """Return the id if it can be used as one.
+
+    Raises:
+        StudyError: it could not be part of a file's name, or looks like more than an id.
+    """
+    if not PARTICIPANT.fullmatch(given) or _DEVICE_NAMES.fullmatch(given):
+        raise StudyError(
+            f'participant id "{given[:60]}" cannot be used',
+            "Give a pseudonym such as P01: up to 32 letters, digits, - and _; never a name.",
+        )
+    return given
+
+
+def orders_used(folder: Path, study: str) -> dict[str, tuple[str, ...]]:
+    """Return the orders of the sessions recorded in a folder, by participant.
+
+    Recordings of other studies and files that are none are passed over.
+    """
+    used: dict[str, tuple[str, ...]] = {}
+    for path in sorted([*folder.glob("*.mcap"), *folder.glob("*.mcap.part")]):
+        try:
+            for _, opened in read_recording(path).records("input/session_opened"):
+                if (
+                    isinstance(opened, SessionOpened)
+                    and f'name = "{study}"' in opened.protocol_toml
+                ):
+                    used[opened.participant] = opened.order
+        except StudyError:
+            continue
+    return used
+
+
+def next_order(loaded: LoadedProtocol, used: list[tuple[str, ...]]) -> tuple[str, ...]:
+    """Return the order that has been run least often."""
+    names = [condition.name for condition in loaded.protocol.conditions]
+    return least_used_order(possible_orders(names, loaded.protocol.phase_three.order), used)
+
+
+def session_opened(loaded: LoadedProtocol, assignment: Assignment) -> SessionOpened:
+    """Return the first input of a session."""
+    return SessionOpened(
+        t_ns=0,
+        session_id=secrets.token_hex(8),
+        participant=assignment.participant,
+        seed=assignment.seed,
+        order=assignment.order,
+        protocol_toml=loaded.text,
+        protocol_sha256=loaded.sha256,
+        task_json=loaded.description.to_json(),
+        operator_kind=assignment.operator_kind,
+        operator_json=assignment.operator_json,
+        versions_json=json.dumps(versions(), sort_keys=True),
+        started_utc=datetime.now(UTC).isoformat(timespec="seconds"),
+        planned_index=assignment.planned_index,
+        questionnaires_json=loaded.questionnaires_json(),
+    )
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of what runs, by name."""
+    found = {"python": platform.python_version(), "platform": platform.platform(terse=True)}
+    for name in _VERSIONED:
+        try:
+            found[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def start_recorder(folder: Path, loaded: LoadedProtocol, opened: SessionOpened) -> Recorder:
+    """Start the writer process on a new file of the session."""
+    stamp = re.sub(r"[^0-9T]", "", opened.started_utc[:19])
+    name = f"{loaded.protocol.study.name}_{opened.participant}_{stamp}_{opened.session_id[:4]}"
+    metadata = {
+        "session_id": opened.session_id,
+        "participant": opened.participant,
+        "operator_kind": opened.operator_kind,
+        "protocol_sha256": opened.protocol_sha256,
+        **{f"version:{key}": value for key, value in json.loads(opened.versions_json).items()},
+    }
+    attachments = {"protocol.toml": loaded.text.encode()}
+    return Recorder.start(folder, name, attachments, metadata)
+
+
+def clock_pair(t_ns: int) -> ClockPair:
+    """Return monotonic and wall time, read together."""
+    return ClockPair(t_ns=t_ns, utc_ns=time.time_ns())
+
+
+def seed_from(text: str) -> int:
+    """Return a 63-bit seed derived from words."""
+    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little") >> 1

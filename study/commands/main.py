@@ -1,0 +1,30 @@
+"""The command line `study`: one thin file a command."""
+
+from __future__ import annotations
+
+import typer
+
+from study.commands import demo, replay, run, simulate, validate
+from study.commands.terminal import report_errors
+
+app = typer.Typer(
+    name="study",
+    help="Run and record studies of one person and a fleet of robots.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+app.command("demo")(demo.demo)
+app.command("run")(run.run)
+app.command("simulate")(simulate.simulate)
+app.command("replay")(replay.replay)
+app.command("validate")(validate.validate)
+
+
+def main() -> None:
+    """Run the command line."""
+    report_errors(app)
+
+
+if __name__ == "__main__":
+    main()

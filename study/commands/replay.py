@@ -1,0 +1,43 @@
+"""`study replay`: prove that a recording's events follow from its inputs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from study.commands.terminal import console, errors
+from study.errors import StudyError
+
+
+def replay(
+    file: Annotated[Path, typer.Argument(help="Recording to replay.")],
+    verify: Annotated[  # noqa: FBT002
+        bool, typer.Option("--verify", help="Compare the events byte for byte.")
+    ] = False,
+    resimulate: Annotated[  # noqa: FBT002
+        bool, typer.Option("--resimulate", help="Also step the task anew and compare.")
+    ] = False,
+) -> None:
+    """Replay a recording's inputs through the session and compare what follows.
+
+    Exit status 0: everything agrees. 1: something differs.
+    """
+    from study.verification import verify as check  # noqa: PLC0415 - slow to import
+
+    if not (verify or resimulate):
+        raise StudyError("nothing to do", "Say --verify, --resimulate or both.")
+    if not file.is_file():
+        raise StudyError(f"no recording {file}", "Give the path of an .mcap file.")
+    verdict = check(file, resimulate=resimulate)
+    console.print(f"{verdict.inputs} inputs replayed, {verdict.events} events compared")
+    if resimulate:
+        console.print(
+            f"{verdict.resimulated} fleet answers stepped anew, "
+            f"largest difference of a state {verdict.largest_deviation:g}"
+        )
+    if not verdict.matches:
+        errors.print(f"[bold red]Different:[/] {verdict.difference}")
+        raise typer.Exit(1)
+    console.print("[green]Identical:[/] every event follows from the inputs, byte for byte.")

@@ -1,0 +1,62 @@
+"""`study run`: seat a person at a keyboard."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from study.commands.terminal import console, errors
+from study.errors import StudyError
+from study.loading import load_protocol
+
+
+def run(
+    protocol: Annotated[str, typer.Argument(help="Protocol file, or name of a shipped one.")],
+    participant: Annotated[
+        str, typer.Option("--participant", "-p", help="Pseudonymous id, such as P01.")
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder of the recordings.")
+    ] = Path("recordings"),
+    order: Annotated[
+        str, typer.Option(help="Conditions in order, by commas; default: the least used one.")
+    ] = "",
+    seed: Annotated[int | None, typer.Option(min=0, help="Session seed.")] = None,
+    size: Annotated[str, typer.Option(help="Window size, such as 1280x960.")] = "",
+    fullscreen: Annotated[bool, typer.Option("--fullscreen", help="Fill the screen.")] = False,  # noqa: FBT002
+    again: Annotated[  # noqa: FBT002
+        bool, typer.Option("--again", help="Allow a participant who has a recording.")
+    ] = False,
+) -> None:
+    """Run one session with a person at the keyboard, in a window."""
+    from study.commands.running import assign, run_session  # noqa: PLC0415 - pygame is slow to import
+
+    loaded = load_protocol(protocol)
+    assignment = assign(loaded, participant, output, order=order, seed=seed, again=again)
+    console.print(
+        f"Participant [bold]{assignment.participant}[/], order {' then '.join(assignment.order)}. "
+        "Escape pauses."
+    )
+    path, complete = run_session(
+        loaded, assignment, output, size=parse_size(size), fullscreen=fullscreen
+    )
+    console.print(f"Recorded in {path}")
+    if not complete:
+        errors.print("[yellow]The session was ended early; the recording holds what there was.[/]")
+        raise typer.Exit(3)
+
+
+def parse_size(given: str) -> tuple[int, int] | None:
+    """Return (width, height) of "1280x960"; None if empty.
+
+    Raises:
+        StudyError: it is no size.
+    """
+    if not given:
+        return None
+    width, _, height = given.lower().partition("x")
+    if not (width.isdecimal() and height.isdecimal()):
+        raise StudyError(f'window size "{given}"', "Give width x height in pixels: 1280x960.")
+    return int(width), int(height)

@@ -1,0 +1,50 @@
+"""`study simulate`: the same session with simulated participants."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from study.commands.terminal import console
+from study.loading import load_protocol
+
+
+def simulate(
+    protocol: Annotated[str, typer.Argument(help="Protocol file, or name of a shipped one.")],
+    participants: Annotated[
+        int | None, typer.Option(min=1, max=10_000, help="How many; default: as planned.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the study.")] = None,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder of the recordings.")
+    ] = Path("recordings/simulated"),
+    jobs: Annotated[int, typer.Option(min=-1, help="Processes at once; -1: all cores.")] = -1,
+) -> None:
+    """Run simulated participants through the whole study, on all cores, without a window."""
+    simulate_with_progress(protocol, participants, seed, output, jobs)
+
+
+def simulate_with_progress(
+    protocol: str, participants: int | None, seed: int | None, output: Path, jobs: int
+) -> list[Path]:
+    """Simulate a study and show how far it is; return the recordings."""
+    from study.commands.simulating import (  # noqa: PLC0415 - slow to import
+        default_seed,
+        simulate_study,
+    )
+
+    loaded = load_protocol(protocol)
+    count = participants or loaded.protocol.study.planned_participants
+    study_seed = default_seed(loaded) if seed is None else seed
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    recordings: list[Path] = []
+    with Progress(*columns, TimeElapsedColumn(), console=console) as progress:
+        task = progress.add_task("Simulated participants", total=count)
+        for path in simulate_study(str(loaded.path), count, study_seed, output, jobs):
+            recordings.append(path)
+            progress.advance(task)
+    console.print(f"{count} simulated participants (seed {study_seed}), recordings in {output}")
+    return recordings

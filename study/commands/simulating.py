@@ -1,0 +1,107 @@
+"""One simulated session, and a study of them on all cores."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from joblib import Parallel, delayed
+
+from study.commands.composing import (
+    Assignment,
+    clock_pair,
+    seed_from,
+    session_opened,
+    start_recorder,
+)
+from study.loading import LoadedProtocol, load_protocol
+from study.orders import possible_orders
+from study.seeding import stream_seed
+from study.session.session import Session
+from study.shell.conductor import Conductor
+from study.shell.fitting import InlineFitter
+from study.shell.fleet import open_fleet
+from study.shell.virtual_loop import VirtualClock, run_virtual
+from study.simulated.operator import SimulatedOperator
+from study.simulated.parameters import draw_parameters
+
+
+def simulated_assignments(loaded: LoadedProtocol, participants: int, seed: int) -> list[Assignment]:
+    """Return the assignments of a simulated study: orders in turn, so that they balance."""
+    names = [condition.name for condition in loaded.protocol.conditions]
+    orders = possible_orders(names, loaded.protocol.phase_three.order)
+    digits = max(2, len(str(participants)))
+    return [
+        Assignment(
+            participant=f"S{index + 1:0{digits}d}",
+            seed=stream_seed(seed, "session", index),
+            order=orders[index % len(orders)],
+            planned_index=index,
+            operator_kind="simulated",
+            operator_json=draw_parameters(seed, index).model_dump_json(),
+        )
+        for index in range(participants)
+    ]
+
+
+def simulate_session(protocol: str, assignment: Assignment, study_seed: int, folder: Path) -> Path:
+    """Run one simulated participant through the whole session.
+
+    Args:
+        protocol: path of the protocol file.
+        assignment: who and how.
+        study_seed: seed from which the operator's parameters were drawn.
+        folder: where the recording goes.
+
+    Returns:
+        The finished recording.
+    """
+    loaded = load_protocol(protocol)
+    opened = session_opened(loaded, assignment)
+    recorder = start_recorder(folder, loaded, opened)
+    epoch_ns = time.time_ns()
+    fleet = open_fleet(loaded.protocol.task.name, loaded.protocol.task.parameters)
+    fitter = InlineFitter(loaded.description)
+    clock = VirtualClock()
+    try:
+        conductor = Conductor(
+            Session(), recorder, fleet, fitter, epoch_ns=epoch_ns, waits_for_disk=False
+        )
+        conductor.observe(clock_pair(0))
+        conductor.feed(opened)
+        operator = SimulatedOperator(
+            draw_parameters(study_seed, assignment.planned_index),
+            stream_seed(assignment.seed, "operator"),
+        )
+        run_virtual(conductor, operator, clock)
+    finally:
+        fleet.close()
+        fitter.close()
+        path = recorder.close()
+    return path
+
+
+def simulate_study(
+    protocol: str, participants: int, seed: int, folder: Path, jobs: int
+) -> Iterator[Path]:
+    """Simulate a study; yield each recording as it is finished.
+
+    Args:
+        protocol: path of the protocol file.
+        participants: how many.
+        seed: of the study; everything is keyed from it.
+        folder: where the recordings go.
+        jobs: processes at once; -1 for all cores.
+    """
+    loaded = load_protocol(protocol)
+    tasks = (
+        delayed(simulate_session)(protocol, assignment, seed, folder)
+        for assignment in simulated_assignments(loaded, participants, seed)
+    )
+    yield from Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)(tasks)
+
+
+def default_seed(loaded: LoadedProtocol) -> int:
+    """Return the seed used when none is given: the same for the same protocol file."""
+    return seed_from(f"simulate {loaded.sha256}") % 1_000_000

@@ -1,0 +1,32 @@
+"""`study validate`: check a protocol and say how long it takes."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from study.commands.terminal import console
+from study.durations import dwell_seconds, expected_minutes
+from study.loading import load_protocol
+
+
+def validate(
+    protocol: Annotated[str, typer.Argument(help="Protocol file, or name of a shipped one.")],
+) -> None:
+    """Check a protocol file; print its dwell in seconds and the minutes of each stage."""
+    loaded = load_protocol(protocol)
+    console.print(f"[green]Valid:[/] {loaded.path} (sha256 {loaded.sha256[:12]})")
+    for condition, seconds in dwell_seconds(loaded.protocol):
+        console.print(
+            f"Condition {condition.name}: dwell {condition.dwell} timesteps = {seconds:.2f} s"
+        )
+    table = Table("Stage", "About", title="Expected minutes", title_justify="left")
+    total = 0.0
+    for stage, minutes in expected_minutes(loaded.protocol, loaded.description.horizon):
+        total += minutes
+        table.add_row(stage, f"{minutes:.1f}")
+    table.add_row("Together", f"{total:.1f}", style="bold")
+    console.print(table)
+    console.print(f"Assumptions marked: {len(loaded.protocol.assumptions)}")

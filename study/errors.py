@@ -1,0 +1,59 @@
+"""Errors that a user can cause. Commands print them as one message, never a traceback."""
+
+from __future__ import annotations
+
+
+class StudyError(Exception):
+    """Something that the user can mend; the message says what was given and what to do.
+
+    Args:
+        message: what was given and what was expected.
+        hint: what to do about it.
+    """
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.message = message
+        self.hint = hint
+
+    def __str__(self) -> str:
+        return f"{self.message}\n  {self.hint}" if self.hint else self.message
+
+
+class ProtocolError(StudyError):
+    """A protocol file that cannot be used: one entry a problem.
+
+    Args:
+        source: the file's name.
+        problems: each a full sentence with key path, what was given and what is allowed.
+    """
+
+    def __init__(self, source: str, problems: list[str]) -> None:
+        count = "1 problem" if len(problems) == 1 else f"{len(problems)} problems"
+        lines = "\n".join(f"  {problem}" for problem in problems)
+        super().__init__(f"{source}: {count}\n{lines}")
+        self.source = source
+        self.problems = problems
+
+
+class RecordingError(StudyError):
+    """A file that is no recording of ours, is damaged, or is newer than this program."""
+
+
+class UnknownNameError(StudyError):
+    """A name that no file of its family has.
+
+    Args:
+        family: "task", "policy", "scorer" or "questionnaire".
+        given: the name given.
+        known: the names there are.
+    """
+
+    def __init__(self, family: str, given: str, known: list[str]) -> None:
+        from difflib import get_close_matches  # noqa: PLC0415
+
+        near = get_close_matches(given, known, n=1)
+        hint = f'Did you mean "{near[0]}"? ' if near else ""
+        super().__init__(f'unknown {family} "{given}"', f"{hint}Known: {', '.join(sorted(known))}")
+        self.given = given
+        self.known = known

@@ -1,0 +1,51 @@
+"""A map as drawing primitives in the task's own units: recorded, so figures need no task."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Literal
+
+Role = Literal["room", "wall", "hazard", "health_pack", "goal", "start"]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class RectangleMark:
+    """An axis-aligned rectangle; a wall is a thin one."""
+
+    role: Role
+    x: float
+    y: float
+    width: float
+    height: float
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class DiscMark:
+    """A disc: a goal, a health pack, the middle of the start region."""
+
+    role: Role
+    x: float
+    y: float
+    radius: float
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Scene:
+    """What a map looks like: x to the right, y upwards, origin at bottom left.
+
+    Attributes:
+        width: extent in x, metres.
+        height: extent in y, metres.
+        rectangles: rooms, walls and hazards, in drawing order.
+        discs: packs, goal, start.
+        plate: the rectangle (x, y, width, height) that holds no room: a tile writes its
+            number there. ``None`` where the map fills its bounds.
+        robot_radius: metres.
+    """
+
+    width: float
+    height: float
+    rectangles: tuple[RectangleMark, ...]
+    discs: tuple[DiscMark, ...]
+    plate: tuple[float, float, float, float] | None
+    robot_radius: float

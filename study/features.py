@@ -1,0 +1,102 @@
+"""States to features: the one encoding that policies and scorers share."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from study.events.task_description import StateField
+
+Encoding = Literal["sine_cosine", "scaled", "raw"]
+Floats = npt.NDArray[np.float64]
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Standardisation:
+    """What is subtracted from and divided out of the fields that are not circular.
+
+    Attributes:
+        mean: float64 [d]; 0 for circular fields.
+        deviation: float64 [d], positive; 1 for circular fields.
+    """
+
+    mean: Floats
+    deviation: Floats
+
+
+def standardisation(
+    states: npt.NDArray[np.float32], fields: Sequence[StateField]
+) -> Standardisation:
+    """Return mean and standard deviation of the fields over training states.
+
+    A field that does not vary has deviation 1: it says nothing and must not divide by zero.
+
+    Args:
+        states: [m, d], m at least 1.
+        fields: the state's d fields.
+    """
+    values = states.astype(np.float64)
+    circular = np.array([field.circular for field in fields])
+    deviation = values.std(axis=0)
+    constant = deviation <= 1e-9 * np.maximum(1.0, np.abs(values).max(axis=0))
+    return Standardisation(
+        mean=np.where(circular, 0.0, values.mean(axis=0)),
+        deviation=np.where(circular | constant, 1.0, deviation),
+    )
+
+
+def encode(
+    states: npt.NDArray[np.float32],
+    fields: Sequence[StateField],
+    encoding: Encoding = "sine_cosine",
+    standard: Standardisation | None = None,
+) -> Floats:
+    """Encode states as features.
+
+    "sine_cosine" gives a circular field as sine and cosine. If ``standard`` is given, the
+    other fields are standardised. Else they are scaled by their range to 0 to 1, and sine
+    and cosine lie on a circle of circumference 1, so that a small change of a circular
+    field counts as much as the same part of any other field's range.
+    "scaled" scales every field by its range. "raw" leaves them alone.
+
+    Args:
+        states: [..., d].
+        fields: the state's d fields.
+        encoding: how.
+        standard: mean and deviation, for "sine_cosine".
+
+    Returns:
+        float64 [..., k]; k is d, or d plus the number of circular fields for "sine_cosine".
+    """
+    values = states.astype(np.float64)
+    if encoding == "raw":
+        return values
+    low = np.array([field.low for field in fields])
+    span = np.array([field.high for field in fields]) - low
+    scaled: Floats = (values - low) / span
+    if encoding == "scaled":
+        return scaled
+    radius = 1 / (2 * np.pi)
+    if standard is not None:
+        radius = 1.0
+        scaled = (values - standard.mean) / standard.deviation
+    columns = []
+    for place, field in enumerate(fields):
+        if field.circular:
+            angle = values[..., place] * (2 * np.pi / span[place])
+            columns += [radius * np.sin(angle), radius * np.cos(angle)]
+        else:
+            columns.append(scaled[..., place])
+    return np.stack(columns, axis=-1)
+
+
+def feature_names(fields: Sequence[StateField]) -> tuple[str, ...]:
+    """Return the names of the features that "sine_cosine" gives, in order."""
+    names: list[str] = []
+    for field in fields:
+        names += [f"sin {field.name}", f"cos {field.name}"] if field.circular else [field.name]
+    return tuple(names)

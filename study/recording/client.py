@@ -1,0 +1,348 @@
+"""The study's side of a recording: hands records to the writer process without waiting."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import select
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Self
+
+from study.errors import StudyError
+from study.events.fields import Record
+from study.recording.framing import MESSAGE_HEADER, SEQUENCE, FrameKind, FrameSplitter, frame
+from study.recording.opening import channel_numbers, opening_payload
+from study.recording.spawning import spawn_writer
+from study.recording.wire import encode
+
+BACKLOG_LIMIT = 64 * 2**20
+"""Bytes of records that may wait for the disk before `Recorder.write` refuses more."""
+
+START_TIMEOUT = 30.0
+"""Seconds within which the writer process must have made the file."""
+
+_CAN_SELECT = os.name == "posix"
+
+
+class BacklogError(StudyError):
+    """So much waits for the disk that no record is taken for now; none was lost."""
+
+
+class Recorder:
+    """A recording under way. Any thread may call; records are ordered as they are taken.
+
+    `write` numbers a record, encodes it and passes it to the operating system's pipe; what
+    the pipe has no room for is sent by a thread. Once a record is in the pipe, the writer
+    process brings it into the file even if this process is killed the moment after. Records
+    are kept until they are known to be on disk, see `unacknowledged`.
+    """
+
+    def __init__(
+        self, process: subprocess.Popen[bytes], path: Path, *, backlog_limit: int = BACKLOG_LIMIT
+    ) -> None:
+        assert process.stdin is not None  # noqa: S101 - both are pipes, see `start`
+        assert process.stdout is not None  # noqa: S101
+        self.path = path
+        self._process = process
+        self._pipe = process.stdin.fileno()
+        self._answers = process.stdout.fileno()
+        self._backlog_limit = backlog_limit
+        self._channels = channel_numbers()
+        self._changed = threading.Condition()
+        self._outgoing: deque[memoryview] = deque()
+        self._kept: deque[tuple[int, bytes]] = deque()
+        self._kept_bytes = 0
+        self._sent = 0
+        self._durable = 0
+        self._ready = False
+        self._closing = False
+        self._finished: Path | None = None
+        self._failure: StudyError | None = None
+        if _CAN_SELECT:
+            os.set_blocking(self._pipe, False)
+        self._sender = threading.Thread(target=self._send_rest, daemon=True, name="recorder-send")
+        self._listener = threading.Thread(target=self._listen, daemon=True, name="recorder-answers")
+        self._sender.start()
+        self._listener.start()
+
+    @classmethod
+    def start(
+        cls,
+        folder: Path,
+        name: str,
+        attachments: Mapping[str, bytes],
+        metadata: Mapping[str, str],
+        *,
+        backlog_limit: int = BACKLOG_LIMIT,
+    ) -> Self:
+        """Start the writer process and wait until the file's beginning is on disk.
+
+        Start it before windows and other processes, so that no child keeps its pipe open.
+
+        Args:
+            folder: where the recording goes; made (for its owner only) if need be.
+            name: the recording's name without ``.mcap``.
+            attachments: files kept inside the recording: ``{"protocol.toml": ...}``.
+            metadata: what is to be known of the recording: ``session_id``, versions, ...
+            backlog_limit: bytes that may wait for the disk.
+
+        Raises:
+            StudyError: folder or file cannot be made, or the name is taken.
+        """
+        if not name or name != Path(name).name or name.startswith("."):
+            raise StudyError(
+                f'"{name}" cannot be the name of a recording',
+                "Give a file name without folders that does not begin with a dot.",
+            )
+        folder = folder.absolute()
+        try:
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        except OSError as error:
+            raise StudyError(
+                f"the folder {folder} cannot be made: {error.strerror}",
+                "Choose another folder for recordings, or make that one writable.",
+            ) from error
+        path = folder / f"{name}.mcap"
+        opening = opening_payload(path, attachments, metadata, time.time_ns())
+        recorder = cls(spawn_writer(), path, backlog_limit=backlog_limit)
+        with recorder._changed:
+            recorder._send(frame(FrameKind.OPEN, opening))
+            recorder._changed.wait_for(
+                lambda: recorder._ready or recorder._failure is not None, START_TIMEOUT
+            )
+            failure = recorder._failure
+        if failure is not None:
+            recorder._end_process()
+            raise StudyError(f"{path} cannot be recorded: {failure.message}", failure.hint)
+        if not recorder._ready:
+            recorder._process.kill()
+            recorder._end_process()
+            raise StudyError(
+                f"the writer of {path} did not start within {START_TIMEOUT:g} s",
+                "Try again; if it recurs, check that the disk answers.",
+            )
+        return recorder
+
+    @property
+    def sent_sequence(self) -> int:
+        """Sequence number of the last record taken; 0 before the first."""
+        return self._sent
+
+    @property
+    def durable_sequence(self) -> int:
+        """Sequence number of the last record known to be on disk."""
+        return self._durable
+
+    @property
+    def backlog_bytes(self) -> int:
+        """Bytes taken that are not yet known to be on disk."""
+        return self._kept_bytes
+
+    @property
+    def healthy(self) -> bool:
+        """Whether the writer works and less than half of the backlog's limit waits.
+
+        A study pauses while this is false: a record refused later would be a gap.
+        """
+        return self._failure is None and self._kept_bytes < self._backlog_limit // 2
+
+    @property
+    def writer_pid(self) -> int:
+        """Process id of the writer."""
+        return self._process.pid
+
+    @property
+    def failure(self) -> StudyError | None:
+        """What went wrong with the writer, if anything did."""
+        return self._failure
+
+    def write(self, record: Record, log_time_ns: int) -> int:
+        """Take one record, without waiting for the writer or for the disk.
+
+        Args:
+            record: the record.
+            log_time_ns: nanoseconds since 1970, UTC: the session's start plus ``t_ns``.
+
+        Returns:
+            The record's sequence number: 1, 2, ... over all topics.
+
+        Raises:
+            TypeError: a field has the wrong type; nothing was taken.
+            ValueError: a field is out of range or has the wrong shape; nothing was taken.
+            BacklogError: `backlog_limit` is exceeded; nothing was taken.
+            StudyError: the writer has failed.
+        """
+        if not 0 <= log_time_ns < 2**64:
+            raise ValueError(f"log time {log_time_ns} is not from 0 to {2**64 - 1}")
+        data = encode(record)
+        channel = self._channels[record.topic]
+        with self._changed:
+            if self._failure is not None:
+                raise self._failure
+            if self._closing:
+                raise StudyError(f"{self.path} is closed", "Start a new recording.")
+            if self._kept_bytes + len(data) > self._backlog_limit:
+                raise BacklogError(
+                    f"{self._kept_bytes} bytes of {self.path} wait for the disk",
+                    "Pause until the disk has caught up; check that it answers.",
+                )
+            sequence = self._sent + 1
+            payload = MESSAGE_HEADER.pack(channel, sequence, log_time_ns) + data
+            framed = frame(FrameKind.MESSAGE, payload)
+            self._sent = sequence
+            self._kept.append((sequence, framed))
+            self._kept_bytes += len(framed)
+            self._send(framed)
+        return sequence
+
+    def ensure_durable(self, timeout_s: float) -> bool:
+        """Wait until all records taken so far are on disk.
+
+        Returns:
+            False if the writer failed or needed longer than `timeout_s`.
+        """
+        with self._changed:
+            target = self._sent
+            if self._durable < target and self._failure is None and not self._closing:
+                self._send(frame(FrameKind.SYNC))
+            self._changed.wait_for(
+                lambda: self._durable >= target or self._failure is not None, timeout_s
+            )
+            return self._durable >= target
+
+    def unacknowledged(self) -> list[int]:
+        """Return the sequence numbers of records not yet known to be on disk."""
+        with self._changed:
+            return [sequence for sequence, _ in self._kept]
+
+    def close(self, timeout: float = 30.0) -> Path:
+        """Complete the file and return its final path; a second call returns it again.
+
+        Raises:
+            StudyError: the writer failed, or is not done after `timeout` seconds.
+        """
+        deadline = time.monotonic() + timeout
+        with self._changed:
+            self._closing = True
+            self._changed.notify_all()
+        self._sender.join(timeout)
+        if not self._sender.is_alive() and self._process.stdin is not None:
+            self._process.stdin.close()
+        self._listener.join(max(0.0, deadline - time.monotonic()))
+        if self._finished is None and self._failure is None:
+            raise StudyError(
+                f"{self.path} is not complete after {timeout:g} s",
+                "The writer goes on by itself; the file loses its .part when it is done.",
+            )
+        self._end_process()
+        if self._finished is None:
+            assert self._failure is not None  # noqa: S101 - one of the two is set here
+            raise self._failure
+        return self._finished
+
+    def _send(self, framed: bytes) -> None:
+        """Queue a frame and push as much as the pipe takes. The caller holds the lock."""
+        self._outgoing.append(memoryview(framed))
+        if _CAN_SELECT:
+            self._push()
+        if self._outgoing:
+            self._changed.notify_all()
+
+    def _push(self) -> None:
+        """Write to the pipe until it is full. The caller holds the lock."""
+        try:
+            while self._outgoing:
+                rest = self._outgoing[0]
+                written = os.write(self._pipe, rest)
+                if written < len(rest):
+                    self._outgoing[0] = rest[written:]
+                else:
+                    self._outgoing.popleft()
+        except BlockingIOError:
+            return
+        except OSError:
+            # The listener learns why: the writer says so, or ends.
+            self._outgoing.clear()
+
+    def _send_rest(self) -> None:
+        """Send what the pipe had no room for, until the recording is closed."""
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._outgoing or self._closing)
+                if not self._outgoing:
+                    return
+                first = self._outgoing[0]
+            if _CAN_SELECT:
+                select.select([], [self._pipe], [], 0.1)
+                with self._changed:
+                    self._push()
+                continue
+            # Pipes elsewhere cannot be asked: this thread, the only one that writes, waits.
+            with contextlib.suppress(OSError):
+                os.write(self._pipe, first)
+            with self._changed:
+                self._outgoing.popleft()
+
+    def _listen(self) -> None:
+        """Take the writer's answers until it ends."""
+        splitter = FrameSplitter()
+        while data := os.read(self._answers, 1 << 16):
+            with self._changed:
+                for kind, payload in splitter.feed(data):
+                    self._take_answer(kind, payload)
+                self._changed.notify_all()
+        status = self._process.wait()
+        with self._changed:
+            if self._finished is None and self._failure is None:
+                self._fail(
+                    f"the writer process ended unexpectedly (status {status})",
+                    f"To see whether it can start: {sys.executable} -m study.recording.writer",
+                )
+            self._changed.notify_all()
+
+    def _take_answer(self, kind: FrameKind, payload: bytes) -> None:
+        if kind is FrameKind.READY:
+            self._ready = True
+        elif kind is FrameKind.DURABLE:
+            self._acknowledge(SEQUENCE.unpack(payload)[0])
+        elif kind is FrameKind.FINISHED:
+            self._acknowledge(self._sent)
+            self._finished = Path(payload.decode())
+        elif kind is FrameKind.FAILED:
+            report = json.loads(payload)
+            self._fail(report["message"], report["hint"])
+
+    def _acknowledge(self, sequence: int) -> None:
+        self._durable = sequence
+        while self._kept and self._kept[0][0] <= sequence:
+            self._kept_bytes -= len(self._kept.popleft()[1])
+
+    def _fail(self, message: str, hint: str) -> None:
+        if not self._ready:
+            self._failure = StudyError(message, hint)
+            return
+        self._failure = StudyError(
+            f"{self.path} is not complete: {message}. Record {self._durable} of {self._sent} "
+            "is the last known to be on disk",
+            f"{hint} What was written is in {self.path.name}.part.".strip(),
+        )
+
+    def _end_process(self) -> None:
+        """Release the pipes of a writer that has ended or is about to."""
+        with self._changed:
+            self._closing = True
+            self._outgoing.clear()
+            self._changed.notify_all()
+        self._sender.join()
+        self._process.wait()
+        self._listener.join()
+        for stream in (self._process.stdin, self._process.stdout):
+            if stream is not None:
+                stream.close()

@@ -1,0 +1,80 @@
+"""Frames on the two pipes between a study and its writer process.
+
+A frame is one byte of kind, four bytes of length (little-endian) and that many bytes. This
+module is loaded by the writer process, so it imports the standard library only.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from enum import IntEnum
+from typing import Final
+
+MAX_PAYLOAD: Final = 256 * 2**20
+"""Longest payload of one frame, bytes."""
+
+MESSAGE_HEADER: Final = struct.Struct("<HIQ")
+"""Before the encoded record in a MESSAGE: channel, sequence number, log time in ns."""
+
+SEQUENCE: Final = struct.Struct("<I")
+"""The payload of DURABLE: the last sequence number known to be on disk."""
+
+_HEADER: Final = struct.Struct("<BI")
+
+
+class FrameKind(IntEnum):
+    """What a frame says; the first three go to the writer, the others come from it."""
+
+    OPEN = 1
+    """JSON: what the file is made of, see `study.recording.writer`."""
+    MESSAGE = 2
+    SYNC = 3
+    """Empty: bring everything so far to the disk now."""
+    READY = 4
+    """Empty: the file exists and its start is on disk."""
+    DURABLE = 5
+    FAILED = 6
+    """JSON: message and hint. The writer has given up."""
+    FINISHED = 7
+    """The path of the finished file, UTF-8."""
+
+
+def frame(kind: FrameKind, payload: bytes = b"") -> bytes:
+    """Return one frame.
+
+    Raises:
+        ValueError: the payload is longer than `MAX_PAYLOAD`.
+    """
+    if len(payload) > MAX_PAYLOAD:
+        raise ValueError(f"{len(payload)} bytes are more than the {MAX_PAYLOAD} of one frame")
+    return _HEADER.pack(kind, len(payload)) + payload
+
+
+class FrameSplitter:
+    """Cuts what comes out of a pipe into frames; an unfinished last one stays inside."""
+
+    def __init__(self) -> None:
+        self._buffer = bytearray()
+
+    def feed(self, data: bytes) -> Iterator[tuple[FrameKind, bytes]]:
+        """Add what was read, and return the frames that are now whole.
+
+        Raises:
+            ValueError: the bytes are no frames.
+        """
+        buffer = self._buffer
+        buffer += data
+        position = 0
+        try:
+            while len(buffer) - position >= _HEADER.size:
+                kind, length = _HEADER.unpack_from(buffer, position)
+                if length > MAX_PAYLOAD:
+                    raise ValueError(f"a frame of {length} bytes")
+                start = position + _HEADER.size
+                if len(buffer) < start + length:
+                    break
+                position = start + length
+                yield FrameKind(kind), bytes(buffer[start:position])
+        finally:
+            del buffer[:position]

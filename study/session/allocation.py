@@ -1,0 +1,129 @@
+"""Who is operated: manual choice by keys, or assisted choice by the scorer."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from study.events.codes import ChoiceFlag, ChoiceSource
+
+Available = npt.NDArray[np.bool_]
+SETTLE_TIMESTEPS = 4
+"""A robot reached by Tab counts as chosen once it is driven or kept this long."""
+
+
+def best_robot(scores: npt.NDArray[np.float64], available: Available) -> int:
+    """Return the available robot with the highest score, ties to the lower index; -1 if none.
+
+    A score that is not a number never wins. Without scores all robots tie.
+    """
+    if not available.any():
+        return -1
+    if not scores.size:
+        return int(np.argmax(available))
+    masked = np.where(available & ~np.isnan(scores), scores, -np.inf)
+    best = int(np.argmax(masked))
+    return best if available[best] else int(np.argmax(available))
+
+
+class FixedAllocation:
+    """One robot, operated throughout."""
+
+    source = ChoiceSource.NONE
+
+    def __init__(self, operated: int) -> None:
+        self.operated = operated
+
+    def flag(self) -> ChoiceFlag:
+        """Return why the row is no choice."""
+        return ChoiceFlag.NO_CHOICE
+
+    def timestep_done(self, *, driven: bool) -> None:
+        """Nothing changes."""
+
+
+class ManualAllocation:
+    """The operator chooses; nobody is operated before the first selection."""
+
+    def __init__(self, robots: int) -> None:
+        self._robots = robots
+        self._cycling_left = 0
+        self.operated = -1
+        self.source = ChoiceSource.OPERATOR
+
+    def select(self, robot: int) -> int:
+        """Choose a robot directly.
+
+        Returns:
+            The robot, if this is a switch; -1 if it was operated already or is none.
+        """
+        if not 0 <= robot < self._robots:
+            return -1
+        self._cycling_left = 0
+        if robot == self.operated:
+            return -1
+        self.operated = robot
+        return robot
+
+    def select_next(self) -> int:
+        """Choose the next robot by number: passing one on the way is not choosing it."""
+        switched = self.select((self.operated + 1) % self._robots)
+        self._cycling_left = SETTLE_TIMESTEPS
+        return switched
+
+    def flag(self) -> ChoiceFlag:
+        """Return whether the row of this timestep may be fitted."""
+        if self.operated < 0:
+            return ChoiceFlag.BEFORE_FIRST_SELECTION
+        return ChoiceFlag.CYCLING if self._cycling_left > 0 else ChoiceFlag.USABLE
+
+    def timestep_done(self, *, driven: bool) -> None:
+        """Count down to settling; driving settles at once."""
+        self._cycling_left = 0 if driven else max(0, self._cycling_left - 1)
+
+
+class AssistedAllocation:
+    """The scorer chooses, every ``dwell`` timesteps and when the operated robot ends.
+
+    Source: paper, section on the user study: "every 15 timesteps".
+    """
+
+    def __init__(self, dwell: int) -> None:
+        self._dwell = dwell
+        self._left = 0
+        self.operated = -1
+        self.source = ChoiceSource.SCORER
+
+    def rechoose(self, scores: npt.NDArray[np.float64], available: Available) -> str:
+        """Choose anew if it is time.
+
+        Returns:
+            Why the operated robot changed: "start", "dwell", "ended", or "" if it did not.
+        """
+        ended = self.operated >= 0 and not available[self.operated]
+        if self._left > 0 and not ended:
+            return ""
+        cause = "start" if self.operated < 0 else "ended" if ended else "dwell"
+        chosen = best_robot(scores, available)
+        if chosen < 0:
+            return ""
+        self._left = self._dwell
+        if chosen == self.operated:
+            return ""
+        self.operated = chosen
+        return cause
+
+    def flag(self) -> ChoiceFlag:
+        """Every row is a choice of the scorer's."""
+        return ChoiceFlag.USABLE
+
+    def timestep_done(self, *, driven: bool) -> None:  # noqa: ARG002 - the operator does not matter
+        """Count down to the next switch."""
+        self._left -= 1
+
+    def dwell_left(self) -> float:
+        """Return the fraction of the dwell that is left, 1 to 0."""
+        return max(0, self._left) / self._dwell
+
+
+AnyAllocation = FixedAllocation | ManualAllocation | AssistedAllocation

@@ -1,0 +1,75 @@
+"""What the stages share: the plan's constants, what was learned, and an outbox."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+
+from study.events.events import Event, Timestep
+from study.events.task_description import TaskDescription
+from study.protocol import Protocol
+from study.questionnaire import Questionnaire
+from study.session.effects import Effect
+
+
+@dataclasses.dataclass(slots=True)
+class Outbox:
+    """Events and effects of the input being handled, in order."""
+
+    events: list[Event] = dataclasses.field(default_factory=list)
+    effects: list[Effect] = dataclasses.field(default_factory=list)
+
+
+@dataclasses.dataclass(slots=True)
+class Knowledge:
+    """What the session has learned so far.
+
+    Attributes:
+        timesteps: events of the trials, by (phase, condition).
+        artefacts: ids of the fits that took effect.
+        block_rewards: team rewards of the trials so far, by condition.
+        next_trial_id: number of the next fleet run.
+        next_request_id: number of the next request.
+        scale: largest magnitude seen on reveals, so that blocks share one.
+    """
+
+    timesteps: dict[tuple[int, str], list[Timestep]] = dataclasses.field(default_factory=dict)
+    artefacts: set[str] = dataclasses.field(default_factory=set)
+    block_rewards: dict[str, list[float]] = dataclasses.field(default_factory=dict)
+    next_trial_id: int = 0
+    next_request_id: int = 1
+
+    def request_id(self) -> int:
+        """Return a fresh request id."""
+        taken = self.next_request_id
+        self.next_request_id += 1
+        return taken
+
+    def trial_id(self) -> int:
+        """Return a fresh trial id."""
+        taken = self.next_trial_id
+        self.next_trial_id += 1
+        return taken
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Context:
+    """What every stage may read.
+
+    Attributes:
+        protocol: the study.
+        description: the task.
+        questionnaires: by name.
+        participant: pseudonymous id.
+        seed: the session's seed.
+        order: conditions of phase three in the order run.
+        knowledge: what was learned so far.
+    """
+
+    protocol: Protocol
+    description: TaskDescription
+    questionnaires: Mapping[str, Questionnaire]
+    participant: str
+    seed: int
+    order: tuple[str, ...]
+    knowledge: Knowledge

@@ -1,0 +1,273 @@
+"""The sequence of stages that a protocol and an order of conditions give."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+
+from study.events.codes import Phase
+from study.protocol import Condition, Protocol
+
+PHASE_ONE_POLICY = "policy:phase_one"
+UNIFORM_RANDOM = "uniform_random"
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Place:
+    """Where in the study a stage stands.
+
+    Attributes:
+        phase: one of the paper's four; PRACTICE before them.
+        block: number within the phase, from 1; 0 outside a block.
+        condition: name, or empty.
+    """
+
+    phase: Phase
+    block: int = 0
+    condition: str = ""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class PagesPlan:
+    """Pages to read; ``name`` picks the text."""
+
+    name: str
+    place: Place
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class TrialPlan:
+    """One fleet run.
+
+    Attributes:
+        trial, trials: number within the block and length of the block.
+        robots: n.
+        timesteps: longest length.
+        allocation: "correction", "manual", "assisted" or "none".
+        view: "tiles" or "operated_only".
+        dwell: timesteps between automatic switches; 0 if none.
+        policy_id: what drives.
+        scorer_id: which scorer is computed; empty for none.
+        ends_with_robot: whether the run is over when its (only) robot ends.
+        starts_key: numbers that key the start states; equal keys give equal starts.
+        scored: whether its reward counts.
+    """
+
+    place: Place
+    trial: int
+    trials: int
+    robots: int
+    timesteps: int
+    allocation: str
+    view: str
+    dwell: int
+    policy_id: str
+    scorer_id: str
+    ends_with_robot: bool
+    starts_key: tuple[int, ...]
+    scored: bool
+
+    name = "trial"
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class FitPlan:
+    """One fit.
+
+    Attributes:
+        artefact_id: name of the result.
+        kind: "policy" or "scorer".
+        member: which entry of the protocol: "policy" or a name under [scorers].
+        sources: (phase, condition) pairs whose timesteps are used.
+    """
+
+    place: Place
+    artefact_id: str
+    kind: str
+    member: str
+    sources: tuple[tuple[Phase, str], ...]
+
+    name = "fit"
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class SurveyPlan:
+    """A questionnaire on one occasion."""
+
+    place: Place
+    questionnaire: str
+    occasion: str
+
+    name = "survey"
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class RevealPlan:
+    """The reward of the block just finished."""
+
+    place: Place
+    surveys_follow: bool
+
+    name = "reveal"
+
+
+StagePlan = PagesPlan | TrialPlan | FitPlan | SurveyPlan | RevealPlan
+
+
+def policy_of(condition: str) -> str:
+    """Return the artefact id of the policy retrained on a condition's demonstrations."""
+    return f"policy:{condition}"
+
+
+def scorer_of(name: str) -> str:
+    """Return the artefact id of a fitted scorer."""
+    return f"scorer:{name}"
+
+
+def stage_plans(protocol: Protocol, order: tuple[str, ...]) -> tuple[StagePlan, ...]:
+    """Return all stages in sequence.
+
+    Args:
+        protocol: the study.
+        order: conditions of phase three in the order run.
+    """
+    stages: list[StagePlan] = [PagesPlan("welcome", Place(Phase.PRACTICE))]
+    if protocol.practice.timesteps:
+        stages.append(PagesPlan("practice", Place(Phase.PRACTICE)))
+        stages.append(_practice(protocol))
+    stages += _phase_one(protocol)
+    stages += _phase_two(protocol)
+    for block, name in enumerate(order, start=1):
+        stages += _phase_three_block(protocol, protocol.condition(name), block)
+    if protocol.phase_four:
+        stages += _phase_four(protocol)
+    stages.append(PagesPlan("thanks", Place(Phase.FOUR)))
+    return tuple(stages)
+
+
+def _practice(protocol: Protocol) -> TrialPlan:
+    return TrialPlan(
+        place=Place(Phase.PRACTICE),
+        trial=1,
+        trials=1,
+        robots=1,
+        timesteps=protocol.practice.timesteps,
+        allocation="manual",
+        view="tiles",
+        dwell=0,
+        policy_id=UNIFORM_RANDOM,
+        scorer_id="",
+        ends_with_robot=False,
+        starts_key=(Phase.PRACTICE,),
+        scored=False,
+    )
+
+
+def _phase_one(protocol: Protocol) -> Iterator[StagePlan]:
+    place = Place(Phase.ONE, block=1)
+    yield PagesPlan("phase_one", place)
+    episodes = protocol.phase_one.episodes
+    each = protocol.phase_one.refit == "each_episode"
+    for episode in range(1, episodes + 1):
+        refitted = each and episode > 1
+        yield TrialPlan(
+            place=place,
+            trial=episode,
+            trials=episodes,
+            robots=1,
+            timesteps=1_000_000,
+            allocation="correction",
+            view="tiles",
+            dwell=0,
+            policy_id=PHASE_ONE_POLICY if refitted else UNIFORM_RANDOM,
+            scorer_id="",
+            ends_with_robot=True,
+            starts_key=(Phase.ONE, episode),
+            scored=True,
+        )
+        if each or episode == episodes:
+            yield FitPlan(place, PHASE_ONE_POLICY, "policy", "policy", ((Phase.ONE, ""),))
+
+
+def _phase_two(protocol: Protocol) -> Iterator[StagePlan]:
+    place = Place(Phase.TWO, block=1)
+    settings = protocol.phase_two
+    yield PagesPlan("phase_two", place)
+    for trial in range(1, settings.trials + 1):
+        yield TrialPlan(
+            place=place,
+            trial=trial,
+            trials=settings.trials,
+            robots=settings.robots,
+            timesteps=settings.trial_timesteps,
+            allocation="manual",
+            view="tiles",
+            dwell=0,
+            policy_id=PHASE_ONE_POLICY,
+            scorer_id="",
+            ends_with_robot=False,
+            starts_key=(Phase.TWO, trial),
+            scored=True,
+        )
+    for name in protocol.scorers:
+        yield FitPlan(place, scorer_of(name), "scorer", name, ((Phase.TWO, ""),))
+
+
+def _phase_three_block(protocol: Protocol, condition: Condition, block: int) -> Iterator[StagePlan]:
+    place = Place(Phase.THREE, block=block, condition=condition.name)
+    settings = protocol.phase_three
+    yield PagesPlan("phase_three", place)
+    unpaired = () if settings.paired_starts else (block,)
+    for trial in range(1, settings.trials + 1):
+        yield TrialPlan(
+            place=place,
+            trial=trial,
+            trials=settings.trials,
+            robots=condition.robots,
+            timesteps=settings.trial_timesteps,
+            allocation=condition.allocation,
+            view=condition.view,
+            dwell=condition.dwell,
+            policy_id=PHASE_ONE_POLICY,
+            scorer_id=scorer_of(condition.scorer) if condition.scorer else "",
+            ends_with_robot=False,
+            starts_key=(Phase.THREE, trial, *unpaired),
+            scored=True,
+        )
+    asked = protocol.questionnaires
+    before = [use.name for use in asked if "before_reveal" in use.when]
+    after = [use.name for use in asked if "after_reveal" in use.when]
+    yield from (SurveyPlan(place, name, "before_reveal") for name in before)
+    yield RevealPlan(place, surveys_follow=bool(after))
+    yield from (SurveyPlan(place, name, "after_reveal") for name in after)
+
+
+def _phase_four(protocol: Protocol) -> Iterator[StagePlan]:
+    settings = protocol.phase_four
+    if settings is None:
+        return
+    # The phase-one policy is evaluated too: what a condition's data added is the difference.
+    policies: list[tuple[str, str]] = [("", PHASE_ONE_POLICY)]
+    base = ((Phase.ONE, ""),) if settings.training == "phase_one_and_condition" else ()
+    for block, condition in enumerate(protocol.conditions, start=1):
+        place = Place(Phase.FOUR, block=block + 1, condition=condition.name)
+        artefact = policy_of(condition.name)
+        policies.append((condition.name, artefact))
+        yield FitPlan(place, artefact, "policy", "policy", (*base, (Phase.THREE, condition.name)))
+    for block, (name, artefact) in enumerate(policies, start=1):
+        for trial in range(1, settings.trials + 1):
+            yield TrialPlan(
+                place=Place(Phase.FOUR, block=block, condition=name),
+                trial=trial,
+                trials=settings.trials,
+                robots=settings.robots,
+                timesteps=settings.trial_timesteps,
+                allocation="none",
+                view="tiles",
+                dwell=0,
+                policy_id=artefact,
+                scorer_id="",
+                ends_with_robot=False,
+                starts_key=(Phase.FOUR, trial),
+                scored=True,
+            )

@@ -1,0 +1,74 @@
+"""The reveal stage: the reward of the block, which was hidden until now."""
+
+from __future__ import annotations
+
+import math
+
+from study.events.events import RewardRevealed
+from study.events.inputs import Input, KeyChanged, PointerPressed
+from study.screens import RevealScreen, Screen
+from study.session.context import Context, Outbox
+from study.session.plan import RevealPlan
+from study.session.stage import QuietStage
+
+
+class RevealStage(QuietStage):
+    """Shows every trial's points and their sum."""
+
+    kind = "reveal"
+
+    def __init__(self, plan: RevealPlan, context: Context) -> None:
+        self._plan = plan
+        self._context = context
+        self._rewards = context.knowledge.block_rewards.get(plan.place.condition, [])
+
+    def enter(self, t_ns: int, out: Outbox) -> bool:
+        """Record what is shown."""
+        place = self._plan.place
+        out.events.append(
+            RewardRevealed(
+                t_ns, place.phase, place.block, place.condition, math.fsum(self._rewards)
+            )
+        )
+        return False
+
+    def handle(self, given: Input, out: Outbox) -> bool:  # noqa: ARG002 - nothing to send
+        """Go on at Enter or at the button."""
+        if isinstance(given, KeyChanged):
+            return given.down and given.key == self._context.protocol.keys.confirm
+        return isinstance(given, PointerPressed) and given.target == "confirm"
+
+    def screen(self) -> Screen:
+        """Return the bars, on the scale that every block of the session shares."""
+        place = self._plan.place
+        blocks = len(self._context.order)
+        low, high = self._scale()
+        return RevealScreen(
+            header_left=f"Part 3 of 4, block {place.block} of {blocks}: finished",
+            header_right="Your points",
+            block=place.block,
+            total=math.fsum(self._rewards),
+            trial_rewards=tuple(self._rewards),
+            robots=self._context.protocol.condition(place.condition).robots,
+            scale_low=low,
+            scale_high=high,
+            next_hint="Next: the same questions again. Your first answers stay as they are."
+            if self._plan.surveys_follow
+            else "",
+        )
+
+    def _scale(self) -> tuple[float, float]:
+        """Fix the axis at the first reveal, with room above; later blocks widen it if they must."""
+        knowledge = self._context.knowledge
+        seen = [reward for rewards in knowledge.block_rewards.values() for reward in rewards]
+        first = knowledge.block_rewards.get(self._context.order[0], [0.0])
+        step = _nice_step(max(1.0, *(1.5 * abs(reward) for reward in first)) / 3)
+        high = max(step * 3, step * math.ceil(max(0.0, *seen, 0.0) / step))
+        low = min(0.0, step * math.floor(min(0.0, *seen, 0.0) / step))
+        return low, high
+
+
+def _nice_step(least: float) -> float:
+    """Return the smallest of 1, 2, 5 times a power of ten that is not below ``least``."""
+    power = 10.0 ** math.floor(math.log10(least))
+    return next(power * factor for factor in (1, 2, 5, 10) if power * factor >= least)

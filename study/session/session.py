@@ -1,0 +1,248 @@
+"""The session: inputs in, events and effects out. Nothing else: no clock, no file, no task.
+
+The same inputs give the same events, byte for byte, on any machine.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from typing import Any
+
+from study.errors import RecordingError
+from study.events.codes import Phase
+from study.events.events import (
+    Deviation,
+    Event,
+    Paused,
+    Resumed,
+    SessionEnded,
+    SessionStarted,
+    StageEntered,
+)
+from study.events.inputs import (
+    FocusChanged,
+    Input,
+    KeyChanged,
+    PointerPressed,
+    QuitRequested,
+    SessionOpened,
+    TimestepDue,
+)
+from study.events.task_description import TaskDescription
+from study.protocol import parse_protocol
+from study.questionnaire import Questionnaire
+from study.screens import PauseScreen, Screen
+from study.session.context import Context, Knowledge, Outbox
+from study.session.effects import Effect, EnsureDurable, Finish, SetPace, Show
+from study.session.fitting import FitStage
+from study.session.pages import PagesStage
+from study.session.plan import (
+    FitPlan,
+    PagesPlan,
+    RevealPlan,
+    StagePlan,
+    SurveyPlan,
+    TrialPlan,
+    stage_plans,
+)
+from study.session.reveal import RevealStage
+from study.session.stage import Stage
+from study.session.survey import SurveyStage
+from study.session.trial import TrialStage
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Step:
+    """What handling one input gave.
+
+    Attributes:
+        events: to be recorded, in order.
+        effects: to be carried out, in order.
+    """
+
+    events: tuple[Event, ...]
+    effects: tuple[Effect, ...]
+
+
+class Session:
+    """A participant's visit as a state machine."""
+
+    def __init__(self) -> None:
+        self._context: Context | None = None
+        self._plans: tuple[StagePlan, ...] = ()
+        self._index = -1
+        self._stage: Stage | None = None
+        self._paused_ns = -1
+        self._asks_to_stop = False
+        self.finished = False
+        self.complete = False
+
+    def handle(self, given: Input) -> Step:
+        """Take in one input.
+
+        Args:
+            given: the first must be SessionOpened.
+
+        Returns:
+            What happened and what is asked for.
+
+        Raises:
+            RecordingError: the first input is another, or opens what is no session.
+        """
+        out = Outbox()
+        if self._context is None:
+            if not isinstance(given, SessionOpened):
+                raise RecordingError(
+                    f"the first input is {type(given).__name__}, not SessionOpened"
+                )
+            self._open(given, out)
+        elif not self.finished:
+            self._route(given, self._context, out)
+        return Step(tuple(out.events), tuple(out.effects))
+
+    @property
+    def screen(self) -> Screen | None:
+        """What is to be seen now; None before the session is open."""
+        if self._paused_ns >= 0:
+            return PauseScreen(reason="Paused", confirm_stop=self._asks_to_stop)
+        return self._stage.screen() if self._stage else None
+
+    def _open(self, given: SessionOpened, out: Outbox) -> None:
+        protocol = parse_protocol(given.protocol_toml, "the recorded protocol")
+        raw: dict[str, Any] = json.loads(given.questionnaires_json or "{}")
+        self._context = Context(
+            protocol=protocol,
+            description=TaskDescription.from_json(given.task_json),
+            questionnaires={name: Questionnaire.model_validate(item) for name, item in raw.items()},
+            participant=given.participant,
+            seed=given.seed,
+            order=given.order,
+            knowledge=Knowledge(),
+        )
+        self._plans = stage_plans(protocol, given.order)
+        out.events.append(
+            SessionStarted(given.t_ns, given.participant, given.order, len(self._plans))
+        )
+        out.effects.append(EnsureDurable())
+        self._next_stage(given.t_ns, out)
+
+    def _route(self, given: Input, context: Context, out: Outbox) -> None:
+        if isinstance(given, QuitRequested):
+            self._end_early(given.t_ns, given.reason, out)
+        elif isinstance(given, FocusChanged):
+            if not given.focused and self._paused_ns < 0 and self._can_pause():
+                self._pause(given.t_ns, "focus lost", out)
+        elif self._paused_ns >= 0 and isinstance(given, KeyChanged | PointerPressed | TimestepDue):
+            self._while_paused(given, context, out)
+        elif (
+            isinstance(given, KeyChanged)
+            and given.down
+            and given.key == context.protocol.keys.pause
+            and self._can_pause()
+        ):
+            self._pause(given.t_ns, "operator", out)
+        elif self._stage and self._stage.handle(given, out):
+            self._next_stage(given.t_ns, out)
+        if self._paused_ns >= 0:
+            # An answer of the fleet may arrive in a pause; the pause screen stays.
+            kept = [effect for effect in out.effects if not _moves_the_screen(effect)]
+            out.effects = [*kept, Show(PauseScreen("Paused", self._asks_to_stop))]
+
+    def _can_pause(self) -> bool:
+        plan = self._plans[self._index]
+        return not (isinstance(plan, FitPlan) or plan.place.phase == Phase.FOUR)
+
+    def _pause(self, t_ns: int, reason: str, out: Outbox) -> None:
+        self._paused_ns = t_ns
+        self._asks_to_stop = False
+        if self._stage:
+            self._stage.pause(out)
+        out.events.append(Paused(t_ns, reason))
+        out.effects.append(Show(PauseScreen(reason="Paused", confirm_stop=False)))
+
+    def _while_paused(
+        self, given: KeyChanged | PointerPressed | TimestepDue, context: Context, out: Outbox
+    ) -> None:
+        keys = context.protocol.keys
+        if isinstance(given, PointerPressed):
+            word = given.target
+        elif isinstance(given, KeyChanged) and given.down:
+            words = {keys.confirm: "continue", keys.pause: "continue", "q": "stop", "y": "yes"}
+            word = words.get(given.key, "")
+        else:
+            return
+        if word == "continue":
+            self._resume(given.t_ns, out)
+        elif word == "stop" and not self._asks_to_stop:
+            self._asks_to_stop = True
+            out.effects.append(Show(PauseScreen(reason="Paused", confirm_stop=True)))
+        elif word in ("yes", "stop") and self._asks_to_stop:
+            self._end_early(given.t_ns, "stopped by the participant", out)
+
+    def _resume(self, t_ns: int, out: Outbox) -> None:
+        out.events.append(Resumed(t_ns, t_ns - self._paused_ns))
+        self._paused_ns = -1
+        if self._stage:
+            self._stage.resume(t_ns, out)
+            out.effects.append(Show(self._stage.screen()))
+
+    def _next_stage(self, t_ns: int, out: Outbox) -> None:
+        assert self._context is not None  # noqa: S101 - stages exist only in an open session
+        while True:
+            self._index += 1
+            if self._index == len(self._plans):
+                self._finish(t_ns, "complete", out, complete=True)
+                return
+            plan = self._plans[self._index]
+            self._stage = _make_stage(plan, self._context)
+            out.events.append(
+                StageEntered(
+                    t_ns=t_ns,
+                    stage=self._index,
+                    kind=self._stage.kind,
+                    name=plan.name,
+                    phase=plan.place.phase,
+                    block=plan.place.block,
+                    condition=plan.place.condition,
+                )
+            )
+            if not self._stage.enter(t_ns, out):
+                break
+        out.effects.append(Show(self._stage.screen()))
+
+    def _end_early(self, t_ns: int, reason: str, out: Outbox) -> None:
+        plan = self._plans[self._index]
+        if isinstance(plan, PagesPlan) and plan.name == "thanks":
+            self._finish(t_ns, "complete", out, complete=True)
+            return
+        if self._stage:
+            self._stage.break_off(t_ns, out)
+        where = f"{plan.name}, phase {int(plan.place.phase)}"
+        out.events.append(Deviation(t_ns, "ended_early", f"{reason}; at stage {where}", -1))
+        self._finish(t_ns, reason, out, complete=False)
+
+    def _finish(self, t_ns: int, reason: str, out: Outbox, *, complete: bool) -> None:
+        self.finished = True
+        self.complete = complete
+        out.events.append(SessionEnded(t_ns, complete, reason))
+        out.effects += [SetPace(0.0), EnsureDurable(), Finish()]
+
+
+def _moves_the_screen(effect: Effect) -> bool:
+    return isinstance(effect, Show) or (
+        isinstance(effect, SetPace) and effect.timesteps_per_second > 0
+    )
+
+
+def _make_stage(plan: StagePlan, context: Context) -> Stage:
+    if isinstance(plan, PagesPlan):
+        return PagesStage(plan, context)
+    if isinstance(plan, TrialPlan):
+        return TrialStage(plan, context)
+    if isinstance(plan, FitPlan):
+        return FitStage(plan, context)
+    if isinstance(plan, SurveyPlan):
+        return SurveyStage(plan, context)
+    assert isinstance(plan, RevealPlan)  # noqa: S101 - the union has no other member
+    return RevealStage(plan, context)

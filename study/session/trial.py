@@ -1,0 +1,352 @@
+"""The trial stage: one fleet run, from the operator's readiness to its end."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from study.events.codes import ActionSource, ChoiceFlag, ChoiceSource, Phase
+from study.events.events import (
+    EpisodeEnded,
+    Switched,
+    Timestep,
+    TimestepSkipped,
+    TrialEnded,
+    TrialStarted,
+)
+from study.events.inputs import FleetObserved, Input, KeyChanged, PointerPressed, TimestepDue
+from study.screens import Screen
+from study.seeding import stream_seed
+from study.session.allocation import (
+    AnyAllocation,
+    AssistedAllocation,
+    FixedAllocation,
+    ManualAllocation,
+)
+from study.session.context import Context, Outbox
+from study.session.controls import Controls
+from study.session.effects import (
+    EnsureDurable,
+    SetPace,
+    Show,
+    StartFleet,
+    StepFleet,
+    StopFleet,
+)
+from study.session.fleet_run import FleetRun
+from study.session.plan import UNIFORM_RANDOM, TrialPlan
+from study.session.trial_screens import TrialScreens, ready_screen
+
+
+class TrialStage:
+    """Ready screen, start of the fleet, timesteps, end."""
+
+    kind = "trial"
+
+    def __init__(self, plan: TrialPlan, context: Context) -> None:
+        self._plan = plan
+        self._context = context
+        self._controls = Controls()
+        self._allocation = _allocation(plan)
+        self._trial_id = context.knowledge.trial_id()
+        self._run: FleetRun | None = None
+        self._screens: TrialScreens | None = None
+        self._timestep = 0
+        self._pending: StepFleet | StartFleet | None = None
+        self._due_ns = 0
+        self._sources = np.zeros(plan.robots, dtype=np.int32)
+        self._decided = (-1, ChoiceSource.NONE, ChoiceFlag.NO_CHOICE)
+        known = context.knowledge.artefacts
+        # A fit that failed was recorded as a deviation; the trial runs without it.
+        self._policy_id = plan.policy_id if plan.policy_id in known else UNIFORM_RANDOM
+        self._scorer_id = plan.scorer_id if plan.scorer_id in known else ""
+        keys = context.protocol.keys
+        self._robot_keys = {key: robot for robot, key in enumerate(keys.robots)}
+        directions = {keys.up: "up", keys.down: "down", keys.left: "left", keys.right: "right"}
+        self._key_actions = {
+            key: context.description.key_actions[direction]
+            for key, direction in directions.items()
+            if direction in context.description.key_actions
+        }
+
+    def enter(self, t_ns: int, out: Outbox) -> bool:  # noqa: ARG002 - stages are entered alike
+        """Wait for the operator, except where nobody operates."""
+        if self._plan.allocation == "none":
+            self._start_fleet(out)
+        return False
+
+    def handle(self, given: Input, out: Outbox) -> bool:
+        """Take in keys, clock and fleet."""
+        if isinstance(given, KeyChanged):
+            self._key(given, out)
+        elif isinstance(given, PointerPressed):
+            self._pointer(given, out)
+        elif isinstance(given, TimestepDue) and self._run:
+            self._timestep_due(given, self._run, out)
+        elif isinstance(given, FleetObserved) and self._answers(given):
+            self._pending, answered = None, self._pending
+            if isinstance(answered, StartFleet):
+                self._started(given, out)
+            elif self._run and answered:
+                return self._stepped(given, self._run, answered, out)
+        return False
+
+    def _answers(self, given: FleetObserved) -> bool:
+        return self._pending is not None and given.request_id == self._pending.request_id
+
+    # Keys and pointer
+
+    def _key(self, given: KeyChanged, out: Outbox) -> None:
+        keys = self._context.protocol.keys
+        if not given.down:
+            self._controls.release(given.key)
+        elif self._run is None:
+            if given.key == keys.confirm and self._pending is None:
+                self._start_fleet(out)
+        elif given.key in self._key_actions:
+            self._controls.press(given.key)
+        elif isinstance(self._allocation, ManualAllocation):
+            before = self._allocation.operated
+            if given.key == keys.next_robot:
+                switched, cause = self._allocation.select_next(), "tab"
+            else:
+                switched, cause = (
+                    self._allocation.select(self._robot_keys.get(given.key, -1)),
+                    "number",
+                )
+            if switched >= 0:
+                self._switched(before, cause, given.t_ns, out)
+
+    def _pointer(self, given: PointerPressed, out: Outbox) -> None:
+        if self._run is None:
+            if given.target == "confirm" and self._pending is None:
+                self._start_fleet(out)
+        elif isinstance(self._allocation, ManualAllocation) and given.target.startswith("robot:"):
+            before = self._allocation.operated
+            robot = given.target.removeprefix("robot:")
+            if robot.isdecimal() and self._allocation.select(int(robot)) >= 0:
+                self._switched(before, "pointer", given.t_ns, out)
+
+    def _switched(self, before: int, cause: str, t_ns: int, out: Outbox) -> None:
+        out.events.append(
+            Switched(
+                t_ns=t_ns,
+                trial_id=self._trial_id,
+                timestep=self._timestep + (1 if self._pending else 0),
+                from_robot=before,
+                to_robot=self._allocation.operated,
+                source=self._allocation.source,
+                cause=cause,
+            )
+        )
+        if isinstance(self._allocation, AssistedAllocation):
+            # What the participant holds was meant for the robot before.
+            self._controls.robot_switched()
+        if self._screens:
+            self._screens.switched(t_ns)
+            self._show(t_ns, out)
+
+    # The fleet
+
+    def _start_fleet(self, out: Outbox) -> None:
+        plan, seed = self._plan, self._context.seed
+        seeds = [
+            stream_seed(seed, "episode", *plan.starts_key, robot, 1) for robot in range(plan.robots)
+        ]
+        self._pending = StartFleet(
+            request_id=self._context.knowledge.request_id(),
+            trial_id=self._trial_id,
+            robots=plan.robots,
+            seeds=np.array(seeds, dtype=np.uint64),
+            policy_id=self._policy_id,
+            # The same numbers for the same trial of each condition, so that luck is shared.
+            policy_seed=stream_seed(seed, "policy", *plan.starts_key),
+            scorer_id=self._scorer_id,
+        )
+        out.effects += [EnsureDurable(), self._pending]
+
+    def _started(self, given: FleetObserved, out: Outbox) -> None:
+        plan = self._plan
+        self._run = FleetRun(
+            given,
+            self._context.seed,
+            plan.starts_key,
+            restart=self._context.protocol.task.on_end == "reset" and not plan.ends_with_robot,
+        )
+        self._screens = TrialScreens(plan, self._context, self._run, self._allocation)
+        self._screens.start(given.t_ns)
+        out.events.append(
+            TrialStarted(
+                t_ns=given.t_ns,
+                trial_id=self._trial_id,
+                phase=plan.place.phase,
+                block=plan.place.block,
+                condition=plan.place.condition,
+                trial=plan.trial,
+                robots=plan.robots,
+                timesteps=plan.timesteps,
+                allocation=plan.allocation,
+                view=plan.view,
+                dwell=plan.dwell,
+                policy_id=self._policy_id,
+                scorer_id=self._scorer_id,
+                scored=plan.scored,
+                states=given.states,
+            )
+        )
+        self._choose_automatically(given, out)
+        out.effects.append(self._pace())
+        self._show(given.t_ns, out)
+
+    def _pace(self) -> SetPace:
+        rate = self._context.protocol.timing.timesteps_per_second
+        return SetPace(rate, unhurried=self._plan.allocation != "none")
+
+    def _choose_automatically(self, given: FleetObserved, out: Outbox) -> None:
+        if isinstance(self._allocation, AssistedAllocation) and self._run:
+            before = self._allocation.operated
+            cause = self._allocation.rechoose(given.scores, self._run.available)
+            if cause:
+                self._switched(before, cause, given.t_ns, out)
+
+    def _timestep_due(self, given: TimestepDue, run: FleetRun, out: Outbox) -> None:
+        if self._pending:
+            out.events.append(TimestepSkipped(given.t_ns, self._trial_id, self._timestep))
+            return
+        active = run.available
+        actions = run.now.policy_actions.copy()
+        idle = self._context.description.idle_action
+        self._sources = np.where(active, ActionSource.POLICY, ActionSource.INACTIVE).astype(
+            np.int32
+        )
+        operated = self._allocation.operated
+        if operated >= 0 and active[operated]:
+            key = self._controls.newest()
+            if key is not None:
+                actions[operated] = self._key_actions[key]
+                self._sources[operated] = (
+                    ActionSource.OPERATOR
+                    if actions[operated] != idle
+                    else ActionSource.OPERATOR_IDLE
+                )
+            elif self._plan.allocation != "correction":
+                actions[operated] = idle
+                self._sources[operated] = ActionSource.OPERATOR_IDLE
+        actions[~active] = idle
+        self._due_ns = given.t_ns
+        self._pending = StepFleet(
+            request_id=self._context.knowledge.request_id(),
+            actions=actions,
+            active=active,
+            reset=run.restarting,
+            seeds=run.seeds(),
+        )
+        # The choice of this timestep is made: a key from now on belongs to the next.
+        self._decided = (operated, self._allocation.source, self._allocation.flag())
+        driven = operated >= 0 and self._sources[operated] == ActionSource.OPERATOR
+        self._allocation.timestep_done(driven=bool(driven))
+        self._controls.timestep_done()
+        out.effects.append(self._pending)
+
+    def _stepped(
+        self, given: FleetObserved, run: FleetRun, step: StepFleet | StartFleet, out: Outbox
+    ) -> bool:
+        assert isinstance(step, StepFleet)  # noqa: S101 - the caller told the two apart
+        before = run.now
+        operated, source, flag = self._decided
+        row = Timestep(
+            t_ns=given.t_ns,
+            due_ns=self._due_ns,
+            trial_id=self._trial_id,
+            timestep=self._timestep,
+            robots=run.robots,
+            operated=operated,
+            choice_source=source,
+            choice_flag=flag,
+            states=before.states,
+            actions=step.actions,
+            action_sources=self._sources,
+            rewards=given.rewards,
+            outcomes=given.outcomes,
+            available=step.active.astype(np.int32),
+            scores=before.scores,
+        )
+        out.events.append(row)
+        place = self._plan.place
+        if place.phase not in (Phase.PRACTICE, Phase.FOUR):
+            kept = self._context.knowledge.timesteps
+            kept.setdefault((place.phase, place.condition), []).append(row)
+        ended = run.observe(given)
+        out.events += [
+            EpisodeEnded(
+                t_ns=given.t_ns,
+                trial_id=self._trial_id,
+                robot=episode.robot,
+                episode=episode.episode,
+                timestep=self._timestep,
+                length=episode.length,
+                outcome=episode.outcome,
+                episode_reward=episode.reward,
+            )
+            for episode in ended
+        ]
+        if self._screens:
+            self._screens.observe(before, given, step.reset)
+        self._timestep += 1
+        all_over = not (run.available | run.restarting).any()
+        over = self._timestep >= self._plan.timesteps or all_over
+        if over or (self._plan.ends_with_robot and ended):
+            self._end(given.t_ns, out, complete=True)
+            return True
+        self._choose_automatically(given, out)
+        self._show(given.t_ns, out)
+        return False
+
+    def _end(self, t_ns: int, out: Outbox, *, complete: bool) -> None:
+        reward = self._run.team_reward if self._run else 0.0
+        out.events.append(TrialEnded(t_ns, self._trial_id, self._timestep, reward, complete))
+        place = self._plan.place
+        if complete and place.phase == Phase.THREE:
+            rewards = self._context.knowledge.block_rewards
+            rewards.setdefault(place.condition, []).append(reward)
+        out.effects += [SetPace(0.0), StopFleet(), EnsureDurable()]
+
+    # Standing still
+
+    def pause(self, out: Outbox) -> None:
+        """Stop the clock; keys held are let go."""
+        self._controls.release_all()
+        if self._run:
+            out.effects.append(SetPace(0.0))
+
+    def resume(self, t_ns: int, out: Outbox) -> None:
+        """Start the clock again."""
+        if self._run:
+            out.effects.append(self._pace())
+            if self._screens:
+                self._screens.resumed(t_ns)
+
+    def break_off(self, t_ns: int, out: Outbox) -> None:
+        """Close the trial as incomplete."""
+        if self._run:
+            self._end(t_ns, out, complete=False)
+
+    def _show(self, t_ns: int, out: Outbox) -> None:
+        if self._screens and self._screens.worth_showing(self._timestep):
+            self._screens.update(t_ns, self._timestep)
+            out.effects.append(Show(self._screens.screen()))
+
+    def screen(self) -> Screen:
+        """Return the ready screen before the start, then the fleet."""
+        if self._screens is None:
+            return ready_screen(self._plan, self._context)
+        return self._screens.screen()
+
+
+def _allocation(plan: TrialPlan) -> AnyAllocation:
+    if plan.allocation == "none":
+        return FixedAllocation(-1)
+    if plan.robots == 1:
+        return FixedAllocation(0)
+    if plan.allocation == "assisted":
+        return AssistedAllocation(plan.dwell)
+    return ManualAllocation(plan.robots)

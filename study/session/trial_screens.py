@@ -1,0 +1,174 @@
+"""What a trial shows: the fleet as the condition's view allows, and its cues."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from study.events.codes import Phase
+from study.events.inputs import FleetObserved
+from study.events.task_description import TaskDescription
+from study.protocol import Protocol
+from study.screens import FleetScreen, PageScreen, Screen, Tile, WaitScreen
+from study.session.allocation import AnyAllocation, AssistedAllocation, ManualAllocation
+from study.session.context import Context
+from study.session.cues import Cues
+from study.session.fleet_run import FleetRun
+from study.session.plan import TrialPlan
+
+_PARTS = {Phase.ONE: "Part 1 of 4", Phase.TWO: "Part 2 of 4", Phase.FOUR: "Part 4 of 4"}
+
+
+def heading(plan: TrialPlan, context: Context) -> str:
+    """Return the words at the top left: which part or block this is."""
+    if plan.place.phase == Phase.PRACTICE:
+        return "Practice"
+    if plan.place.phase == Phase.THREE:
+        return f"Part 3 of 4, block {plan.place.block} of {len(context.order)}"
+    return _PARTS[plan.place.phase]
+
+
+def ready_screen(plan: TrialPlan, context: Context) -> PageScreen:
+    """Return the screen that waits for the operator before a trial."""
+    one = plan.robots == 1
+    word = "Episode" if plan.allocation == "correction" else "Trial"
+    title = "Practice" if not plan.scored else f"{word} {plan.trial} of {plan.trials}"
+    what = "One robot" if one else f"{plan.robots} robots"
+    seconds = plan.timesteps / context.protocol.timing.timesteps_per_second
+    limit = "" if plan.ends_with_robot else f", {seconds:.0f} seconds"
+    return PageScreen(
+        header_left=heading(plan, context),
+        header_right="",
+        title=title,
+        subtitle=f"{what}{limit}. Begin when you are ready.",
+        paragraphs=(),
+        figure="",
+        scene=None,
+        rewards=(),
+        timesteps_per_second=context.protocol.timing.timesteps_per_second,
+        robots=plan.robots,
+        can_go_back=False,
+        next_hint="",
+        action="to start",
+    )
+
+
+class TrialScreens:
+    """Builds the fleet screen of a running trial."""
+
+    def __init__(
+        self, plan: TrialPlan, context: Context, run: FleetRun, allocation: AnyAllocation
+    ) -> None:
+        self._plan = plan
+        self._context = context
+        self._run = run
+        self._allocation = allocation
+        self._description: TaskDescription = context.description
+        self._cues = Cues(context.description, run.now.states)
+        self._switched_ns = -1
+        self._t_ns = 0
+        self._timestep = 0
+        self._heading = heading(plan, context)
+        self._keys = _key_legend(plan, context.protocol)
+
+    def start(self, t_ns: int) -> None:
+        """The trial begins to run."""
+        self._t_ns = t_ns
+        self._cues.start(t_ns)
+
+    def resumed(self, t_ns: int) -> None:
+        """A pause is over: what stood still for it is not stuck."""
+        self._cues.start(t_ns)
+
+    def switched(self, t_ns: int) -> None:
+        """Another robot is operated."""
+        self._switched_ns = t_ns
+
+    def observe(
+        self, before: FleetObserved, after: FleetObserved, restarted: npt.NDArray[np.bool_]
+    ) -> None:
+        """Take in one timestep."""
+        if self._plan.allocation != "none":
+            self._cues.observe(before.states, after.states, after.outcomes, restarted, after.t_ns)
+
+    def worth_showing(self, timestep: int) -> bool:
+        """Whether the picture changes enough: where nobody operates, at every tenth part."""
+        return self._plan.allocation != "none" or timestep % max(1, self._plan.timesteps // 10) == 0
+
+    def update(self, t_ns: int, timestep: int) -> None:
+        """Set the time that the screen is for."""
+        self._t_ns, self._timestep = t_ns, timestep
+
+    def screen(self) -> Screen:
+        """Return the screen as it is now."""
+        plan = self._plan
+        if plan.allocation == "none":
+            done = (plan.trial - 1 + self._timestep / plan.timesteps) / plan.trials
+            return WaitScreen(
+                title="The robots drive on their own now",
+                text=f"Trying out set {plan.place.block} of what you taught them. "
+                "There is nothing to do for you.",
+                progress=done,
+            )
+        rate = self._context.protocol.timing.timesteps_per_second
+        limit = self._description.horizon if plan.ends_with_robot else plan.timesteps
+        allocation = self._allocation
+        operated = allocation.operated
+        visible = range(plan.robots) if plan.view == "tiles" else [operated]
+        return FleetScreen(
+            heading=self._heading,
+            trial=plan.trial,
+            trials=plan.trials if plan.scored else 0,
+            seconds_left=max(0.0, (limit - self._timestep) / rate),
+            seconds_total=limit / rate,
+            scene=self._description.scene,
+            tiles=tuple(self._tile(robot) for robot in visible if robot >= 0),
+            robots=plan.robots,
+            operated=operated,
+            allocation=plan.allocation,
+            view=plan.view,
+            suggested=-1,
+            dwell_left=allocation.dwell_left()
+            if isinstance(allocation, AssistedAllocation)
+            else -1.0,
+            switched_ns=self._switched_ns,
+            timestep=self._timestep,
+            t_ns=self._t_ns,
+            timestep_seconds=1.0 / rate,
+            keys=self._keys,
+            message=self._message(),
+        )
+
+    def _message(self) -> str:
+        if isinstance(self._allocation, ManualAllocation) and self._allocation.operated < 0:
+            return "Choose a robot to drive"
+        if self._plan.allocation == "correction":
+            return "Correct the robot whenever it goes wrong"
+        return ""
+
+    def _tile(self, robot: int) -> Tile:
+        description = self._description
+        state = self._run.now.states[robot]
+
+        def field(place: int, default: float) -> float:
+            return float(state[place]) if place >= 0 else default
+
+        return Tile(
+            robot=robot,
+            x=field(description.x_field, description.scene.width / 2),
+            y=field(description.y_field, description.scene.height / 2),
+            heading=field(description.heading_field, 0.0),
+            health=field(description.health_field, 100.0),
+            cue=self._cues.cue(robot, state, self._t_ns),
+            episode=self._run.episodes[robot],
+        )
+
+
+def _key_legend(plan: TrialPlan, protocol: Protocol) -> tuple[tuple[str, str], ...]:
+    """Return (key, word) pairs in the order of the header."""
+    keys = protocol.keys
+    legend = [(f"{keys.left} {keys.up} {keys.down} {keys.right}", "drive")]
+    if plan.robots > 1 and plan.allocation == "manual":
+        chosen = keys.robots[: plan.robots]
+        legend += [(f"{chosen[0]} … {chosen[-1]}", "choose"), (keys.next_robot, "next")]
+    return (*legend, (keys.pause, "pause"))

@@ -1,0 +1,191 @@
+"""Feeds the session, records what goes in and comes out, and carries out its effects."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+from study.errors import StudyError
+from study.events.events import TrialEnded, TrialStarted
+from study.events.fields import Record
+from study.events.inputs import FitCompleted, FitFailed, FitTimedOut, FleetObserved, Input
+from study.screens import Screen
+from study.session.effects import (
+    Effect,
+    EnsureDurable,
+    Finish,
+    RequestFit,
+    SetPace,
+    Show,
+    StartFleet,
+    StepFleet,
+    StopFleet,
+)
+from study.session.session import Session
+from study.shell.fitting import FitAnswer, Fitter
+from study.shell.fleet import Fleet
+
+DURABLE_TIMEOUT_S = 10.0
+
+
+class Recorder(Protocol):
+    """What the conductor needs of a recorder."""
+
+    def write(self, record: Record, log_time_ns: int) -> int:
+        """Hand a record to the writer."""
+        ...
+
+    def ensure_durable(self, timeout_s: float) -> bool:
+        """Wait until everything written is on disk."""
+        ...
+
+
+class Conductor:
+    """One session's hands.
+
+    Args:
+        session: the state machine.
+        recorder: where records go.
+        fleet: what steps the robots.
+        fitter: what fits.
+        epoch_ns: wall time at which the session's monotonic time is 0.
+        waits_for_disk: whether EnsureDurable waits; simulated participants lose nothing
+            that could not be simulated again.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        recorder: Recorder,
+        fleet: Fleet,
+        fitter: Fitter,
+        *,
+        epoch_ns: int,
+        waits_for_disk: bool,
+    ) -> None:
+        self.session = session
+        self._recorder = recorder
+        self._fleet = fleet
+        self._fitter = fitter
+        self._epoch_ns = epoch_ns
+        self._waits_for_disk = waits_for_disk
+        self._fleet_request = -1
+        self.fit_pending = False
+        self.screen: Screen | None = None
+        self.pace = SetPace(0.0)
+        self.pace_changed = False
+        self.finished = False
+        self.trial_id = -1
+        self.longest_disk_wait_s = 0.0
+
+    def observe(self, record: Record) -> None:
+        """Record what the shell noticed; the session does not hear of it."""
+        self._recorder.write(record, self._epoch_ns + record.t_ns)
+
+    def feed(self, given: Input) -> None:
+        """Record an input, hand it to the session, record its events, carry out its effects."""
+        self._recorder.write(given, self._epoch_ns + given.t_ns)
+        step = self.session.handle(given)
+        for event in step.events:
+            self._recorder.write(event, self._epoch_ns + event.t_ns)
+            if isinstance(event, TrialStarted):
+                self.trial_id = event.trial_id
+            elif isinstance(event, TrialEnded):
+                self.trial_id = -1
+        for effect in step.effects:
+            self._carry_out(effect)
+
+    def _carry_out(self, effect: Effect) -> None:
+        if isinstance(effect, Show):
+            self.screen = effect.screen
+        elif isinstance(effect, StartFleet | StepFleet):
+            self._fleet_request = effect.request_id
+            self._fleet.request(effect)
+        elif isinstance(effect, RequestFit):
+            self.fit_pending = True
+            self._fitter.request(effect)
+        elif isinstance(effect, SetPace):
+            self.pace, self.pace_changed = effect, True
+        elif isinstance(effect, EnsureDurable):
+            self._ensure_durable()
+        elif isinstance(effect, Finish):
+            self.finished = True
+        elif isinstance(effect, StopFleet):
+            self._fleet_request = -1
+
+    def _ensure_durable(self) -> None:
+        if not self._waits_for_disk:
+            return
+        began = time.perf_counter()
+        if not self._recorder.ensure_durable(DURABLE_TIMEOUT_S):
+            raise StudyError(
+                f"the recording did not reach the disk within {DURABLE_TIMEOUT_S:g} s",
+                "Check the disk; what was recorded before is kept.",
+            )
+        self.longest_disk_wait_s = max(self.longest_disk_wait_s, time.perf_counter() - began)
+
+    @property
+    def fleet_pending(self) -> bool:
+        """Whether an answer of the fleet is awaited."""
+        return self._fleet_request >= 0
+
+    def collect(self, now: Callable[[], int], wait_s: float = 0.0) -> bool:
+        """Feed the answers of fleet and fitter that have come.
+
+        Args:
+            now: the session's time, asked when an answer is taken.
+            wait_s: how long to wait for one that is awaited.
+
+        Returns:
+            Whether anything came.
+        """
+        came = False
+        fleet = self._fleet.poll(wait_s) if self.fleet_pending else None
+        # A trial broken off may leave an answer behind: it is nobody's.
+        if fleet is not None and fleet.request_id == self._fleet_request:
+            came = True
+            self._fleet_request = -1
+            self.feed(
+                FleetObserved(
+                    t_ns=now(),
+                    request_id=fleet.request_id,
+                    robots=len(fleet.states),
+                    states=fleet.states,
+                    rewards=fleet.rewards,
+                    outcomes=fleet.outcomes,
+                    policy_actions=fleet.policy_actions,
+                    scores=fleet.scores,
+                )
+            )
+        if self.fit_pending and (answer := self._fitter.poll(wait_s)) is not None:
+            came = True
+            self.fit_pending = False
+            self._take_fit(answer, now())
+        return came
+
+    def _take_fit(self, answer: FitAnswer, t_ns: int) -> None:
+        request = answer.request
+        if answer.timed_out:
+            self.feed(FitTimedOut(t_ns, request.request_id, request.budget_seconds))
+        elif answer.reason:
+            self.feed(FitFailed(t_ns, request.request_id, answer.reason))
+        else:
+            # Before the session hears of it: its next effect may already use the fit.
+            self._fleet.add_artefact(
+                request.artefact_id, request.kind, request.algorithm, answer.weights
+            )
+            self.feed(
+                FitCompleted(
+                    t_ns=t_ns,
+                    request_id=request.request_id,
+                    artefact_id=request.artefact_id,
+                    weights=answer.weights,
+                    seconds=answer.seconds,
+                    metric_names=tuple(answer.metrics),
+                    metric_values=np.array(list(answer.metrics.values()), dtype=np.float64),
+                    score_grid=answer.score_grid,
+                )
+            )

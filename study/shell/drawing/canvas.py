@@ -1,0 +1,264 @@
+"""What the screens draw on: a surface, a scale, text that reports when it does not fit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+
+import pygame
+
+from study.shell.drawing import palette
+from study.shell.drawing.lettering import (
+    CAP_HEIGHT,
+    Align,
+    Weight,
+    fitting_size,
+    font,
+    line_surface,
+    text_width,
+    wrap,
+)
+from study.shell.drawing.palette import Colour
+from study.shell.drawing.sprites import Paint, Sprites
+
+SMALLEST_SCALE = 0.85
+"""Below this, body text of 19 px would fall under 16 px."""
+SHRINK = 0.72
+"""Text that does not fit may shrink to this share of its size before it counts as clipped."""
+LEADING = 1.42
+LARGEST_BACKGROUNDS = 60
+
+
+def ui_scale(size: tuple[int, int], factor: float = 1.0) -> float:
+    """Return how many pixels one design pixel (of 1280x960) takes in a window.
+
+    Args:
+        size: of the window, pixels.
+        factor: the user's wish, 1 for none.
+    """
+    return max(SMALLEST_SCALE, min(size[0] / 1280, size[1] / 960)) * factor
+
+
+class Canvas:
+    """A surface with the means to draw on it.
+
+    Attributes:
+        surface: what is drawn on.
+        size: of the surface, pixels.
+        scale: pixels to one design pixel.
+        overflows: texts that did not fit their place since the list was last cleared.
+    """
+
+    def __init__(self, size: tuple[int, int], factor: float = 1.0) -> None:
+        self.size = size
+        self.scale = ui_scale(size, factor)
+        self.surface = pygame.Surface(size)
+        self.overflows: list[str] = []
+        self._sprites = Sprites()
+        self._backgrounds: dict[Hashable, pygame.Surface] = {}
+        self._parts: dict[Hashable, tuple[pygame.Rect, object, pygame.Surface]] = {}
+
+    def u(self, design: float) -> int:
+        """Return design pixels as pixels of the surface."""
+        return round(design * self.scale)
+
+    def sprite(self, key: Hashable, width: float, height: float, paint: Paint) -> pygame.Surface:
+        """Return a smooth shape (see `Sprites.get`)."""
+        return self._sprites.get(key, width, height, paint)
+
+    def background(
+        self, key: Hashable, size: tuple[int, int], paint: Callable[[], None]
+    ) -> pygame.Surface:
+        """Return an opaque picture that is painted once.
+
+        Args:
+            key: all that the picture depends on.
+            size: pixels.
+            paint: draws on this canvas, whose surface is the picture meanwhile.
+        """
+        found = self._backgrounds.get(key)
+        if found is None:
+            if len(self._backgrounds) >= LARGEST_BACKGROUNDS:
+                self._backgrounds.clear()
+            found = pygame.Surface(size)
+            shown, self.surface = self.surface, found
+            try:
+                paint()
+            finally:
+                self.surface = shown
+            self._backgrounds[key] = found
+        return found
+
+    def remember(
+        self, name: Hashable, key: object, place: pygame.Rect, paint: Callable[[], None]
+    ) -> None:
+        """Paint a part of the screen, or repeat it as it was if its key is the same.
+
+        Args:
+            name: of the part.
+            key: all that its look depends on; compared with the one before.
+            place: all that it covers, pixels.
+            paint: paints the place in full, on this canvas.
+        """
+        place = place.clip(self.surface.get_rect())
+        found = self._parts.get(name)
+        if found is not None and found[0] == place and found[1] == key:
+            self.surface.blit(found[2], place)
+            return
+        paint()
+        self._parts[name] = (place, key, self.surface.subsurface(place).copy())
+
+    def put(self, sprite: pygame.Surface, x: float, y: float, alpha: float = 1.0) -> None:
+        """Draw a sprite with its middle at (x, y), whole pixels, at an opacity of 0 to 1."""
+        left = round(x - sprite.get_width() / 2)
+        top = round(y - sprite.get_height() / 2)
+        if alpha < 1.0:
+            # Premultiplied colours fade with their alpha: all four channels are scaled.
+            sprite = sprite.copy()
+            level = round(255 * max(0.0, alpha))
+            sprite.fill((level, level, level, level), special_flags=pygame.BLEND_RGBA_MULT)
+        self.surface.blit(sprite, (left, top), special_flags=pygame.BLEND_PREMULTIPLIED)
+
+    def write(
+        self,
+        text: str,
+        x: float,
+        y: float,
+        size: float,
+        *,
+        weight: Weight = "medium",
+        colour: Colour = palette.INK,
+        align: Align = "left",
+        width: float | None = None,
+        tabular: bool = False,
+    ) -> pygame.Rect:
+        """Write a line whose capitals' middle lies at y.
+
+        Args:
+            text: the line.
+            x: left edge, middle or right edge, after ``align``.
+            y: middle of the capitals.
+            size: of the font, pixels.
+            weight: of the font.
+            colour: of the text.
+            align: what x means.
+            width: room in pixels: the text shrinks a little to fit, then counts as clipped.
+            tabular: digits equally wide.
+
+        Returns:
+            The rectangle of the line: its width, and the height of its capitals.
+        """
+        pixels = max(1, round(size))
+        if width is not None:
+            pixels = fitting_size(text, weight, pixels, int(width), round(size * SHRINK))
+        line = line_surface(text, weight, pixels, colour, tabular=tabular)
+        length = line.get_width()
+        left = x if align == "left" else x - length if align == "right" else x - length / 2
+        top = y + CAP_HEIGHT * pixels / 2 - font(weight, pixels).get_ascent()
+        place = pygame.Rect(
+            round(left), round(y - CAP_HEIGHT * pixels / 2), length, round(CAP_HEIGHT * pixels)
+        )
+        outside = not self.surface.get_rect().contains(place)
+        if text and (outside or (width is not None and length > width + 1)):
+            self.overflows.append(text)
+        self.surface.blit(line, (round(left), round(top)))
+        return place
+
+    def text_width(
+        self, text: str, size: float, weight: Weight = "medium", *, tabular: bool = False
+    ) -> int:
+        """Return the width of a line in pixels."""
+        return text_width(text, weight, max(1, round(size)), tabular=tabular)
+
+    def paragraph_height(
+        self, text: str, width: float, size: float, weight: Weight = "medium"
+    ) -> int:
+        """Return the height of a wrapped text in pixels."""
+        pixels = max(1, round(size))
+        return round(len(wrap(text, weight, pixels, int(width))) * pixels * LEADING)
+
+    def paragraph(
+        self,
+        text: str,
+        place: pygame.Rect,
+        size: float,
+        *,
+        weight: Weight = "medium",
+        colour: Colour = palette.INK,
+        align: Align = "left",
+    ) -> int:
+        """Write a text wrapped into a place, from its top, shrunk a little if need be.
+
+        Returns:
+            The height used in pixels.
+        """
+        pixels = max(1, round(size))
+        smallest = round(size * SHRINK)
+        while True:
+            lines = wrap(text, weight, pixels, place.width)
+            leading = pixels * LEADING
+            if len(lines) * leading <= place.height + 1 or pixels <= smallest:
+                break
+            pixels -= 1
+        if len(lines) * leading > place.height + leading * 0.5:
+            self.overflows.append(text)
+        x = {"left": place.left, "centre": place.centerx, "right": place.right}[align]
+        for number, line in enumerate(lines):
+            self.write(
+                line,
+                x,
+                place.top + (number + 0.5) * leading,
+                pixels,
+                weight=weight,
+                colour=colour,
+                align=align,
+                width=place.width,
+            )
+        return round(len(lines) * leading)
+
+    def box(
+        self,
+        place: pygame.Rect,
+        radius: float,
+        fill: Colour,
+        edge: Colour | None = None,
+        edge_width: float = 0,
+    ) -> None:
+        """Draw a rectangle with smooth round corners.
+
+        Args:
+            place: outer edge.
+            radius: of the corners, pixels.
+            fill: colour inside.
+            edge: colour of the edge, or None.
+            edge_width: pixels, inside ``place``.
+        """
+        r = max(1, min(round(radius), place.width // 2, place.height // 2))
+        line = max(1, round(edge_width)) if edge is not None else 0
+
+        def paint(surface: pygame.Surface, k: float) -> None:
+            outer = surface.get_rect()
+            pygame.draw.rect(surface, edge or fill, outer, border_radius=round(r * k))
+            if line:
+                inner = outer.inflate(-2 * line * k, -2 * line * k)
+                pygame.draw.rect(
+                    surface, fill, inner, border_radius=max(0, round((r - line) * k))
+                )
+
+        corners = self.sprite(("box", r, line, fill, edge), 2 * r, 2 * r, paint)
+        self.surface.fill(fill, place.inflate(-2 * r, 0))
+        self.surface.fill(fill, place.inflate(0, -2 * r))
+        blend = pygame.BLEND_PREMULTIPLIED
+        right, bottom = place.right - r, place.bottom - r
+        self.surface.blit(corners, place.topleft, (0, 0, r, r), blend)
+        self.surface.blit(corners, (right, place.top), (r, 0, r, r), blend)
+        self.surface.blit(corners, (place.left, bottom), (0, r, r, r), blend)
+        self.surface.blit(corners, (right, bottom), (r, r, r, r), blend)
+        if line and edge is not None:
+            across, down = place.width - 2 * r, place.height - 2 * r
+            for x, y, width, height in (
+                (place.left + r, place.top, across, line),
+                (place.left + r, place.bottom - line, across, line),
+                (place.left, place.top + r, line, down),
+                (place.right - line, place.top + r, line, down),
+            ):
+                self.surface.fill(edge, (x, y, max(0, width), max(0, height)))

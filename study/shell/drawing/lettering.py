@@ -1,0 +1,114 @@
+"""Text on surfaces: fonts, wrapping, shrinking to fit, and a report of what did not fit."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+from typing import Literal
+
+import pygame
+
+from study.shell.drawing.palette import Colour
+
+Weight = Literal["medium", "semibold", "bold"]
+Align = Literal["left", "centre", "right"]
+
+FONTS = Path(__file__).parent.parent / "fonts"
+FILES: dict[Weight, str] = {
+    "medium": "Inter-Medium.otf",
+    "semibold": "Inter-SemiBold.otf",
+    "bold": "Inter-Bold.otf",
+}
+CAP_HEIGHT = 0.727
+"""Height of Inter's capitals as a share of the font's size."""
+CACHED_TEXTS = 2000
+
+
+@functools.lru_cache(maxsize=256)
+def font(weight: Weight, size: int) -> pygame.font.Font:
+    """Return Inter in a weight and size (pixels of the em square)."""
+    return pygame.font.Font(FONTS / FILES[weight], size)
+
+
+def clear_fonts() -> None:
+    """Forget all fonts: they die with ``pygame.font.quit()``."""
+    font.cache_clear()
+    _rendered.cache_clear()
+    _digit_cell.cache_clear()
+
+
+@functools.lru_cache(maxsize=256)
+def _digit_cell(weight: Weight, size: int) -> int:
+    return max(font(weight, size).size(digit)[0] for digit in "0123456789")
+
+
+def text_width(text: str, weight: Weight, size: int, *, tabular: bool = False) -> int:
+    """Return the width of a line in pixels.
+
+    Args:
+        text: the line.
+        weight: of the font.
+        size: of the font, pixels.
+        tabular: whether all digits are equally wide, so that a running number stands still.
+    """
+    if not tabular:
+        return font(weight, size).size(text)[0]
+    cell = _digit_cell(weight, size)
+    return sum(cell if c.isdigit() else font(weight, size).size(c)[0] for c in text)
+
+
+@functools.lru_cache(maxsize=CACHED_TEXTS)
+def _rendered(
+    text: str,
+    weight: Weight,
+    size: int,
+    colour: Colour,
+    tabular: bool,  # noqa: FBT001
+) -> pygame.Surface:
+    face = font(weight, size)
+    if not tabular:
+        return face.render(text, antialias=True, color=colour)
+    surface = pygame.Surface(
+        (text_width(text, weight, size, tabular=True), face.get_height()), pygame.SRCALPHA
+    )
+    cell = _digit_cell(weight, size)
+    x = 0
+    for character in text:
+        glyph = face.render(character, antialias=True, color=colour)
+        width = cell if character.isdigit() else glyph.get_width()
+        surface.blit(glyph, (x + (width - glyph.get_width()) // 2, 0))
+        x += width
+    return surface
+
+
+def line_surface(
+    text: str, weight: Weight, size: int, colour: Colour, *, tabular: bool = False
+) -> pygame.Surface:
+    """Return a rendered line; cached, so it must not be drawn on."""
+    return _rendered(text, weight, size, colour, tabular)
+
+
+def wrap(text: str, weight: Weight, size: int, width: int) -> list[str]:
+    """Break a text into lines at blanks, each at most ``width`` pixels if its words allow it.
+
+    The lines' words, joined by blanks, are the words of the text.
+    """
+    lines: list[str] = []
+    current = ""
+    for word in text.split():
+        longer = f"{current} {word}" if current else word
+        if current and text_width(longer, weight, size) > width:
+            lines.append(current)
+            current = word
+        else:
+            current = longer
+    if current:
+        lines.append(current)
+    return lines
+
+
+def fitting_size(text: str, weight: Weight, size: int, width: int, smallest: int) -> int:
+    """Return the largest size from ``size`` down to ``smallest`` at which a line fits a width."""
+    while size > smallest and text_width(text, weight, size) > width:
+        size -= 1
+    return size

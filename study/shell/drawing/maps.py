@@ -1,0 +1,110 @@
+"""A task's map as pixels: rooms, hazards, walls, packs, start and goal."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pygame
+
+from study.events.scene import DiscMark, RectangleMark, Scene
+from study.shell.drawing import marks, palette
+from study.shell.drawing.canvas import Canvas
+from study.shell.drawing.palette import Colour
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class MapView:
+    """Turns metres into pixels.
+
+    Attributes:
+        scene: the map.
+        place: where it is drawn, pixels.
+    """
+
+    scene: Scene
+    place: pygame.Rect
+
+    @property
+    def scale(self) -> float:
+        """Pixels to a metre."""
+        return self.place.width / self.scene.width
+
+    def point(self, x: float, y: float) -> tuple[float, float]:
+        """Return where a point of the map is drawn."""
+        across = self.place.width / self.scene.width
+        down = self.place.height / self.scene.height
+        return self.place.left + x * across, self.place.bottom - y * down
+
+    def rectangle(self, mark: RectangleMark) -> pygame.Rect:
+        """Return where a rectangle is drawn, snapped to pixels."""
+        left, bottom = self.point(mark.x, mark.y)
+        right, top = self.point(mark.x + mark.width, mark.y + mark.height)
+        return pygame.Rect(
+            round(left), round(top), round(right) - round(left), round(bottom) - round(top)
+        )
+
+    @property
+    def robot_radius(self) -> float:
+        """Radius of a drawn robot in pixels: its own, but never too small to see."""
+        width = self.place.width
+        visible = min(0.0375 * width, 18 + 0.011 * width)
+        return max(self.scene.robot_radius * self.scale, visible, 6.0)
+
+
+def map_surface(
+    canvas: Canvas, scene: Scene, size: tuple[int, int], floor: Colour, plate: Colour
+) -> pygame.Surface:
+    """Return the map without robots; painted once for each size and colouring."""
+    return canvas.background(
+        ("map", scene, size, floor, plate),
+        size,
+        lambda: _paint(canvas, scene, size, floor, plate),
+    )
+
+
+def _paint(
+    canvas: Canvas, scene: Scene, size: tuple[int, int], floor: Colour, plate: Colour
+) -> None:
+    place = pygame.Rect((0, 0), size)
+    view = MapView(scene, place)
+    canvas.surface.fill(floor if scene.plate is None else plate)
+    order = ("room", "hazard", "wall")
+    for mark in sorted(scene.rectangles, key=lambda mark: order.index(mark.role)):
+        drawn = view.rectangle(mark)
+        if mark.role == "room":
+            canvas.surface.fill(floor, drawn)
+        elif mark.role == "hazard":
+            marks.hatch(canvas, drawn, max(7.0, 0.031 * size[0]))
+        else:
+            canvas.surface.fill(palette.WALL, _thickened(drawn, size[0], place))
+    for disc in scene.discs:
+        draw_disc(canvas, view, disc)
+
+
+def _thickened(wall: pygame.Rect, width: int, place: pygame.Rect) -> pygame.Rect:
+    """Return a wall no thinner than can be seen, moved inside the map."""
+    least = max(2, round(0.0125 * width))
+    thick = wall.inflate(max(0, least - wall.width), max(0, least - wall.height))
+    return thick.clamp(place) if place.contains(thick.clamp(place)) else thick.clip(place)
+
+
+def disc_radius(view: MapView, disc: DiscMark) -> float:
+    """Return the radius at which a disc is drawn, pixels."""
+    least = 0.058 if disc.role == "goal" else 0.04
+    return max(disc.radius * view.scale if disc.role == "goal" else 0.0, least * view.place.width)
+
+
+def draw_disc(canvas: Canvas, view: MapView, disc: DiscMark) -> None:
+    """Draw a goal, a health pack or the start."""
+    x, y = view.point(disc.x, disc.y)
+    radius = disc_radius(view, disc)
+    line = max(1.2, 0.004 * view.place.width)
+    if disc.role == "goal":
+        marks.ring(canvas, x, y, radius, line, palette.SECONDARY, fill=palette.FLOOR)
+        marks.flag(canvas, x + radius * 0.06, y, radius * 1.15)
+    elif disc.role == "health_pack":
+        marks.health_cross(canvas, x, y, radius * 1.5)
+    elif disc.role == "start":
+        marks.dashed_ring(canvas, x, y, radius, line, palette.SECONDARY, dashes=14)
+        canvas.write("S", x, y, radius * 0.95, weight="bold", colour=palette.SECONDARY,
+                     align="centre")  # fmt: skip

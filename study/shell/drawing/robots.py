@@ -1,0 +1,96 @@
+"""A robot's body: a notched dart when driven by the participant, a drop when it drives itself.
+
+The two differ in shape, not in colour alone.
+"""
+
+from __future__ import annotations
+
+import math
+
+import pygame
+
+from study.shell.drawing import marks, palette
+from study.shell.drawing.canvas import Canvas
+from study.shell.drawing.marks import Point
+
+HEADING_STEPS = 180
+"""Headings are drawn to the nearest 2 degrees, so that each body is painted once."""
+DROP_TIP = 1.75
+"""Reach of a drop's tip in radii."""
+HALO = 2.15
+"""Radius of the ring around a driven robot in radii of its body."""
+DRIVEN_SCALE = 1.25
+"""A driven robot is drawn this much larger."""
+SMALLEST_NUMBER = 9
+"""Pixels below which the number on a body is left out: the plate has it too."""
+
+
+def _turned(points: list[Point], angle: float, middle: float, size: float) -> list[Point]:
+    """Turn points counter-clockwise as seen on the screen and scale them about a middle."""
+    c, s = math.cos(angle), math.sin(angle)
+    return [(middle + size * (x * c + y * s), middle + size * (y * c - x * s)) for x, y in points]
+
+
+def _drop(reach: float) -> list[Point]:
+    """Return the outline of a drop of radius 1 whose tip lies at (reach, 0)."""
+    start = math.acos(1 / reach)
+    extent = 2 * math.pi - 2 * start
+    steps = 40
+    arc = [start + extent * step / steps for step in range(steps + 1)]
+    return [(reach, 0.0), *((math.cos(a), math.sin(a)) for a in arc)]
+
+
+DROP = _drop(DROP_TIP)
+DART: list[Point] = [(1.75, 0.0), (-1.10, 0.98), (-0.52, 0.0), (-1.10, -0.98)]
+
+
+def draw_robot(
+    canvas: Canvas,
+    x: float,
+    y: float,
+    radius: float,
+    heading: float,
+    *,
+    driven: bool,
+    label: str = "",
+) -> None:
+    """Draw a robot.
+
+    Args:
+        canvas: to draw on.
+        x: middle, pixels.
+        y: middle, pixels.
+        radius: of the body, pixels.
+        heading: radians, counter-clockwise from the right.
+        driven: whether the participant drives it.
+        label: its number, or empty.
+    """
+    if driven:
+        radius *= DRIVEN_SCALE
+    step = round(heading / (2 * math.pi) * HEADING_STEPS) % HEADING_STEPS
+    angle = 2 * math.pi * step / HEADING_STEPS
+    reach = radius * (HALO + 0.75 if driven else DROP_TIP) + 3
+    rim = max(1.2, radius * 0.12)
+
+    def paint_drop(surface: pygame.Surface, k: float) -> None:
+        middle, size = surface.get_rect().centerx, radius * k
+        outer = _turned(DROP, angle, middle, size + rim * k)
+        pygame.draw.polygon(surface, marks.WHITE, outer)
+        pygame.draw.polygon(surface, palette.AUTONOMOUS, _turned(DROP, angle, middle, size))
+
+    def paint_driven(surface: pygame.Surface, k: float) -> None:
+        middle, size = surface.get_rect().centerx, radius * k
+        halo, line = HALO * size, max(2.0, radius * 0.17) * k
+        nose = [(HALO + 0.62, 0.0), (HALO - 0.02, 0.36), (HALO - 0.02, -0.36)]
+        pygame.draw.circle(surface, marks.WHITE, (middle, middle), halo + rim * k)
+        pygame.draw.circle(surface, palette.BLUE, (middle, middle), halo)
+        pygame.draw.circle(surface, marks.WHITE, (middle, middle), halo - line)
+        pygame.draw.polygon(surface, palette.BLUE, _turned(nose, angle, middle, size))
+        pygame.draw.polygon(surface, palette.BLUE, _turned(DART, angle, middle, size * 0.98))
+
+    paint = paint_driven if driven else paint_drop
+    key = ("robot", round(radius * 4), step, driven)
+    canvas.put(canvas.sprite(key, 2 * reach, 2 * reach, paint), x, y)
+    size = radius * (0.8 if driven else 1.15) * (0.84 if len(label) > 1 else 1.0)
+    if label and size >= SMALLEST_NUMBER:
+        canvas.write(label, x, y, size, weight="bold", colour=marks.WHITE, align="centre")

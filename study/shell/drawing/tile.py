@@ -1,0 +1,147 @@
+"""One robot's tile: its map, its robot, its plate and, where it applies, its frame."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pygame
+
+from study.events.scene import Scene
+from study.screens import Tile
+from study.shell.drawing import cues, frames, maps, marks, palette, plate
+from study.shell.drawing.canvas import Canvas
+from study.shell.drawing.grid import TilePlace
+from study.shell.drawing.motion import Pose, along_trail
+from study.shell.drawing.plate import PlateLook
+from study.shell.drawing.robots import DRIVEN_SCALE, HALO, draw_robot
+
+TRAIL_DISTANCES = (2.5, 3.6, 4.7)
+"""Distances of the trail's dots behind a robot, in radii of its body."""
+TRAIL_SIZES = (0.26, 0.2, 0.13)
+LANDING_SECONDS = 0.4
+LABEL_SECONDS = 1.2
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class TileView:
+    """A tile as it is at one moment.
+
+    Attributes:
+        place: where it is.
+        tile: the robot's state.
+        look: what stands still in it.
+        pose: where its robot is drawn.
+        since_switch: seconds since control came to this robot; -1 if long ago.
+        dwell_left: share of the dwell left to be shown here; -1 for none.
+    """
+
+    place: TilePlace
+    tile: Tile
+    look: PlateLook
+    pose: Pose
+    since_switch: float = -1.0
+    dwell_left: float = -1.0
+
+
+def draw_tile(canvas: Canvas, scene: Scene, shown: TileView) -> None:
+    """Draw a tile. All but its robot is painted anew only when it changes."""
+    place, tile, look = shown.place, shown.tile, shown.look
+    cue = None if tile.cue is None else (tile.cue.kind, tile.cue.amount)
+    canvas.remember(
+        ("tile", tile.robot),
+        (scene, place, round(tile.health), cue, look),
+        frames.frame_rect(canvas, place),
+        lambda: _draw_still(canvas, scene, place, tile, look),
+    )
+    # The plate belongs to the screen, not to the map: what reaches over it is cut off.
+    still = canvas.surface.subsurface(place.plate.clip(canvas.surface.get_rect())).copy()
+    canvas.surface.set_clip(place.map)
+    _draw_body(canvas, maps.MapView(scene, place.map), shown)
+    canvas.surface.set_clip(None)
+    canvas.surface.blit(still, place.plate)
+    if shown.dwell_left >= 0:
+        plate.draw_dwell(canvas, place, tile.robot, shown.dwell_left)
+    if look.driven and place.single and 0 <= shown.since_switch < LABEL_SECONDS:
+        _landing_label(canvas, maps.MapView(scene, place.map), shown)
+
+
+def _draw_still(
+    canvas: Canvas, scene: Scene, place: TilePlace, tile: Tile, look: PlateLook
+) -> None:
+    """Draw all that does not move."""
+    canvas.surface.fill(palette.PAGE, frames.frame_rect(canvas, place))
+    if look.driven:
+        frames.driven_frame(canvas, place, tile.robot)
+    elif look.suggested:
+        frames.suggested_frame(canvas, place, tile.robot, look.accept_key)
+    tint = plate.plate_colour(place, tile, look)
+    floor = palette.CARD if look.driven else palette.FLOOR
+    picture = maps.map_surface(canvas, scene, place.map.size, floor, tint)
+    canvas.surface.blit(picture, place.map)
+    if not place.has_corner_plate:
+        canvas.surface.fill(tint, place.plate)
+    plate.draw_plate(canvas, place, tile, look)
+
+
+def _draw_body(canvas: Canvas, view: maps.MapView, shown: TileView) -> None:
+    """Draw the robot with its trail and the marks of its cue."""
+    tile, look, pose = shown.tile, shown.look, shown.pose
+    radius = view.robot_radius
+    x, y = view.point(pose.x, pose.y)
+    if tile.cue is not None:
+        if tile.cue.kind == "goal":
+            _reached_goal(canvas, view)
+        cues.draw_mark(canvas, tile.cue, x, y, radius, driven=look.driven)
+    if not look.driven:
+        places = tuple(view.point(*place) for place in pose.trail)
+        distances = tuple(radius * distance for distance in TRAIL_DISTANCES)
+        for dot, size in zip(along_trail(places, distances), TRAIL_SIZES, strict=False):
+            marks.disc(canvas, *dot, max(1.0, radius * size), palette.TRAIL)
+    if look.suggested:
+        marks.dashed_ring(
+            canvas, x, y, radius * 2.2, max(1.5, radius * 0.16), palette.INK, fill=palette.CARD
+        )
+    draw_robot(
+        canvas, x, y, radius, pose.heading, driven=look.driven, label=str(tile.robot + 1)
+    )
+    if look.driven and 0 <= shown.since_switch < LANDING_SECONDS:
+        share = shown.since_switch / LANDING_SECONDS
+        _landing_rings(canvas, x, y, radius * DRIVEN_SCALE, share)
+
+
+def _reached_goal(canvas: Canvas, view: maps.MapView) -> None:
+    for disc in view.scene.discs:
+        if disc.role == "goal":
+            x, y = view.point(disc.x, disc.y)
+            radius = maps.disc_radius(view, disc) * 1.15
+            marks.disc(canvas, x, y, radius, palette.GREEN_TEXT)
+            marks.tick(canvas, x, y, radius * 1.2, palette.CARD, radius * 0.2)
+
+
+def _landing_rings(
+    canvas: Canvas, x: float, y: float, radius: float, share: float
+) -> None:
+    """Draw two rings that close on the robot."""
+    for start, alpha in ((5.2, 0.35), (3.9, 0.6)):
+        reach = radius * (start + (HALO + 0.15 - start) * share)
+        marks.ring(canvas, x, y, reach, max(1.5, radius * 0.08), palette.BLUE, alpha=alpha)
+
+
+def _landing_label(canvas: Canvas, view: maps.MapView, shown: TileView) -> None:
+    """Name the robot beside it, on the side with more room, clear of the plate."""
+    place = shown.place
+    text, size = f"Switched to robot {shown.tile.robot + 1}", canvas.u(24)
+    width, height = canvas.text_width(text, size, "semibold") + canvas.u(40), canvas.u(52)
+    x, y = view.point(shown.pose.x, shown.pose.y)
+    reach = view.robot_radius * 4.4
+    above = y - reach - height
+    box = pygame.Rect(0, 0, width, height)
+    box.centerx = round(x)
+    box.top = round(y + reach)
+    if box.bottom > place.map.bottom - canvas.u(16) and above > place.map.top:
+        box.top = round(above)
+    box.clamp_ip(place.map.inflate(-canvas.u(48), -canvas.u(40)))
+    if box.colliderect(place.plate):
+        box.left = max(box.left, place.plate.right + canvas.u(24))
+    canvas.box(box, canvas.u(7), palette.CARD, palette.BLUE, canvas.u(3))
+    canvas.write(text, box.centerx, box.centery, size, weight="semibold", align="centre")

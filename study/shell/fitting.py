@@ -1,0 +1,156 @@
+"""Fits: single-threaded, in one spawned process, or inline where nobody waits."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import time
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from study.errors import StudyError
+from study.events.task_description import TaskDescription
+from study.families import load_member
+from study.map_grid import score_grid
+from study.session.effects import RequestFit
+from study.shell.workers import Worker
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class FitAnswer:
+    """The answer to a fit request.
+
+    Attributes:
+        reason: why it failed; empty if it did not.
+        timed_out: whether it was given up.
+    """
+
+    request: RequestFit
+    weights: bytes = b""
+    seconds: float = 0.0
+    metrics: dict[str, float] = dataclasses.field(default_factory=dict)
+    score_grid: npt.NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
+    reason: str = ""
+    timed_out: bool = False
+
+
+def fit(request: RequestFit, description: TaskDescription) -> FitAnswer:
+    """Carry out one fit on one thread; never raises for what data can cause."""
+    began = time.perf_counter()
+    package = "study.policies" if request.kind == "policy" else "study.scorers"
+    try:
+        if request.kind == "scorer":
+            _one_thread()
+        module = load_member(package, request.kind, request.algorithm)
+        parameters = module.Parameters.model_validate(json.loads(request.parameters_json))
+        result = module.fit(request.arrays, description, parameters, request.seed)
+        grid = np.empty(0)
+        if request.kind == "scorer":
+            grid = score_grid(module.load(result.weights, description), description)
+    except (StudyError, ValueError, ArithmeticError, MemoryError) as error:
+        return FitAnswer(request, reason=str(error) or type(error).__name__)
+    return FitAnswer(
+        request,
+        weights=result.weights,
+        seconds=time.perf_counter() - began,
+        metrics=result.metrics,
+        score_grid=grid,
+    )
+
+
+def _one_thread() -> None:
+    """Keep torch to one thread: faster at this size, and the same numbers every time."""
+    import torch  # noqa: PLC0415 - slow to import, and needed by fits only
+
+    torch.set_num_threads(1)
+
+
+class Fitter(Protocol):
+    """Answers fit requests, one at a time."""
+
+    def request(self, effect: RequestFit) -> None:
+        """Ask for a fit."""
+        ...
+
+    def poll(self, seconds: float = 0.0) -> FitAnswer | None:
+        """Return the answer if there is one within ``seconds``."""
+        ...
+
+    def close(self) -> None:
+        """Free everything."""
+        ...
+
+
+class InlineFitter:
+    """Fits at once, in this process: for simulated sessions. It cannot give up."""
+
+    def __init__(self, description: TaskDescription) -> None:
+        self._description = description
+        self._answer: FitAnswer | None = None
+
+    def request(self, effect: RequestFit) -> None:
+        """Fit at once."""
+        self._answer = fit(effect, self._description)
+
+    def poll(self, seconds: float = 0.0) -> FitAnswer | None:  # noqa: ARG002 - never waits
+        """Return the answer, once."""
+        answer, self._answer = self._answer, None
+        return answer
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+
+class ProcessFitter:
+    """Fits in a process of its own, so that the picture goes on; gives up over budget."""
+
+    def __init__(self, description: TaskDescription) -> None:
+        self._description = description
+        self._worker = Worker(serve_fits, description)
+        self._pending: RequestFit | None = None
+        self._deadline = 0.0
+
+    def request(self, effect: RequestFit) -> None:
+        """Send the request and start its budget."""
+        self._pending = effect
+        self._deadline = time.monotonic() + effect.budget_seconds
+        try:
+            self._worker.send(effect)
+        except StudyError:
+            self._respawn()
+            self._worker.send(effect)
+
+    def poll(self, seconds: float = 0.0) -> FitAnswer | None:
+        """Return the answer, or say that the process died or ran over its budget."""
+        if self._pending is None:
+            return None
+        pending = self._pending
+        try:
+            answer: Any = self._worker.poll(seconds)
+        except StudyError as error:
+            answer = FitAnswer(pending, reason=str(error))
+            self._respawn()
+        if answer is None and time.monotonic() > self._deadline:
+            answer = FitAnswer(pending, timed_out=True)
+            self._respawn()
+        if not isinstance(answer, FitAnswer):
+            return None
+        self._pending = None
+        return answer
+
+    def _respawn(self) -> None:
+        self._worker.close()
+        self._worker = Worker(serve_fits, self._description)
+
+    def close(self) -> None:
+        """End the process."""
+        self._worker.close()
+
+
+def serve_fits(description: TaskDescription) -> Callable[[Any], Any]:
+    """Make the serving function of the fitting process; import torch before it is needed."""
+    _one_thread()
+    return lambda request: fit(request, description)

@@ -1,0 +1,106 @@
+"""The fleet as the shell sees it: asked now, answering now or later."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
+
+from study.errors import StudyError
+from study.families import load_member
+from study.session.effects import StartFleet, StepFleet
+from study.shell.fleet_host import FleetAnswer, FleetHost
+from study.shell.workers import Worker, WorkerFailure
+
+
+class Fleet(Protocol):
+    """Answers each request once, in order."""
+
+    def request(self, effect: StartFleet | StepFleet) -> None:
+        """Ask for an effect to be carried out."""
+        ...
+
+    def add_artefact(self, artefact_id: str, kind: str, algorithm: str, weights: bytes) -> None:
+        """Make a fit usable."""
+        ...
+
+    def poll(self, seconds: float = 0.0) -> FleetAnswer | None:
+        """Return an answer if there is one within ``seconds``."""
+        ...
+
+    def close(self) -> None:
+        """Free everything."""
+        ...
+
+
+class InlineFleet:
+    """Steps the task in this process: for tasks that take well under a millisecond."""
+
+    def __init__(self, task: str, parameters: Mapping[str, object]) -> None:
+        self._host = FleetHost(task, parameters)
+        self._answer: FleetAnswer | None = None
+
+    def request(self, effect: StartFleet | StepFleet) -> None:
+        """Carry out the effect at once."""
+        self._answer = self._host.answer(effect)
+
+    def add_artefact(self, artefact_id: str, kind: str, algorithm: str, weights: bytes) -> None:
+        """Make a fit usable."""
+        self._host.add_artefact(artefact_id, kind, algorithm, weights)
+
+    def poll(self, seconds: float = 0.0) -> FleetAnswer | None:  # noqa: ARG002 - never waits
+        """Return the answer, once."""
+        answer, self._answer = self._answer, None
+        return answer
+
+    def close(self) -> None:
+        """Free the task."""
+        self._host.close()
+
+
+class ProcessFleet:
+    """Steps the task in a process of its own: for tasks that are slow or may hang."""
+
+    def __init__(self, task: str, parameters: Mapping[str, object]) -> None:
+        self._worker = Worker(serve_fleet, task, dict(parameters))
+
+    def request(self, effect: StartFleet | StepFleet) -> None:
+        """Send the effect; the answer comes when it comes."""
+        self._worker.send(effect)
+
+    def add_artefact(self, artefact_id: str, kind: str, algorithm: str, weights: bytes) -> None:
+        """Make a fit usable; requests are served in order, so no answer is needed."""
+        self._worker.send((artefact_id, kind, algorithm, weights))
+
+    def poll(self, seconds: float = 0.0) -> FleetAnswer | None:
+        """Return an answer if there is one within ``seconds``."""
+        answer: Any = self._worker.poll(seconds)
+        if isinstance(answer, WorkerFailure):
+            raise StudyError(f"the fleet failed: {answer.reason}")
+        if answer == "artefact added":
+            return None
+        return answer if isinstance(answer, FleetAnswer) else None
+
+    def close(self) -> None:
+        """End the process."""
+        self._worker.close()
+
+
+def serve_fleet(task: str, parameters: dict[str, object]) -> Callable[[Any], Any]:
+    """Make the serving function of the fleet's process."""
+    host = FleetHost(task, parameters)
+
+    def serve(request: Any) -> Any:  # noqa: ANN401 - effects and artefacts
+        if isinstance(request, StartFleet | StepFleet):
+            return host.answer(request)
+        host.add_artefact(*request)
+        return "artefact added"
+
+    return serve
+
+
+def open_fleet(task: str, parameters: Mapping[str, object]) -> Fleet:
+    """Return the fleet that the task asks for: inline, or in a process of its own."""
+    module = load_member("study.tasks", "task", task)
+    if module.OUT_OF_PROCESS:
+        return ProcessFleet(task, parameters)
+    return InlineFleet(task, parameters)

@@ -1,0 +1,201 @@
+"""The loop of a person's session: a real window, the real clock, absolute deadlines."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+import numpy as np
+
+from study.events.inputs import (
+    FocusChanged,
+    Input,
+    KeyChanged,
+    PointerPressed,
+    QuitRequested,
+    TimestepDue,
+)
+from study.events.shell import ClockPair, DisplayOpened, FrameIntervals, WriterHealth
+from study.recording.client import Recorder
+from study.screens import Screen
+from study.shell.conductor import Conductor
+from study.shell.raw_inputs import RawClose, RawFocus, RawInput, RawKey, RawPointer
+from study.shell.window import Window
+
+SECOND = 1_000_000_000
+CLOCK_PAIR_EVERY_NS = 10 * SECOND
+HEALTH_EVERY_NS = SECOND
+HURRIED_BUDGET_NS = 12_000_000
+"""Work done between two pictures where timesteps come as fast as the fleet answers."""
+
+
+class LiveClock:
+    """The session's time: monotonic, from 0 at its making."""
+
+    def __init__(self) -> None:
+        self.origin_perf_ns = time.perf_counter_ns()
+        self.epoch_ns = time.time_ns()
+
+    def now(self) -> int:
+        """Return the session's time, ns."""
+        return time.perf_counter_ns() - self.origin_perf_ns
+
+
+class LiveLoop:
+    """Runs one session in a window until it is finished.
+
+    Pictures and timesteps come on absolute deadlines, so that neither drifts; between
+    them the loop sleeps until a key or a deadline.
+    """
+
+    def __init__(
+        self, conductor: Conductor, window: Window, recorder: Recorder, clock: LiveClock
+    ) -> None:
+        self._conductor = conductor
+        self._window = window
+        self._recorder = recorder
+        self._clock = clock
+        self._quit_reason = ""
+        self._next_due_ns = 0
+        self._shown: Screen | None = None
+        self._frames: list[int] = []
+        self._last_frame_ns = -1
+        self._next_pair_ns = 0
+        self._next_health_ns = 0
+
+    def run(self) -> None:
+        """Run to the end of the session."""
+        window, clock = self._window, self._clock
+        period = round(SECOND / window.refresh_hz)
+        self._conductor.observe(
+            DisplayOpened(
+                t_ns=clock.now(),
+                driver=window.driver,
+                width=window.size[0],
+                height=window.size[1],
+                refresh_hz=window.refresh_hz,
+                fullscreen=window.fullscreen,
+            )
+        )
+        next_frame = clock.now()
+        with self._signals():
+            while not self._conductor.finished:
+                self._take_inputs()
+                self._conductor.collect(clock.now)
+                self._step_clock()
+                now = clock.now()
+                if now >= next_frame:
+                    self._draw(now)
+                    next_frame += period * max(1, -(-(now - next_frame) // period))
+                self._observe(now)
+                deadline = min(next_frame, self._next_due_ns or next_frame)
+                remaining = deadline - clock.now()
+                if remaining > 0 and not self._conductor.finished:
+                    # An answer may be awaited: look again soon.
+                    busy = self._conductor.fleet_pending or self._conductor.fit_pending
+                    window.wait(min(remaining, 2_000_000 if busy else remaining) / SECOND)
+        self._flush_frames(clock.now())
+
+    def _take_inputs(self) -> None:
+        if self._quit_reason:
+            reason, self._quit_reason = self._quit_reason, ""
+            self._conductor.feed(QuitRequested(self._clock.now(), reason))
+        for raw in self._window.poll():
+            if self._conductor.finished:
+                return
+            self._conductor.feed(self._stamped(raw))
+
+    def _stamped(self, raw: RawInput) -> Input:
+        t_ns = max(0, raw.at_perf_ns - self._clock.origin_perf_ns)
+        if isinstance(raw, RawKey):
+            return KeyChanged(t_ns, raw.key, raw.down, raw.poll_gap_ns)
+        if isinstance(raw, RawPointer):
+            return PointerPressed(t_ns, raw.x, raw.y, raw.target, raw.poll_gap_ns)
+        if isinstance(raw, RawFocus):
+            return FocusChanged(t_ns, raw.focused)
+        assert isinstance(raw, RawClose)  # noqa: S101 - the union has no other member
+        return QuitRequested(t_ns, "window closed")
+
+    def _step_clock(self) -> None:
+        conductor, clock = self._conductor, self._clock
+        pace = conductor.pace
+        rate = pace.timesteps_per_second
+        if conductor.pace_changed:
+            conductor.pace_changed = False
+            self._next_due_ns = clock.now() + round(SECOND / rate) if rate else 0
+        if not rate or conductor.finished:
+            return
+        if not pace.unhurried:
+            self._hurry()
+            return
+        period = round(SECOND / rate)
+        now = clock.now()
+        if now >= self._next_due_ns:
+            late = now - self._next_due_ns
+            # A stall is not caught up with a burst: the steps between are not run.
+            self._next_due_ns += period * (1 + late // period)
+            conductor.feed(TimestepDue(now, late))
+
+    def _hurry(self) -> None:
+        """Step as fast as the fleet answers, for as long as a picture can wait."""
+        conductor, clock = self._conductor, self._clock
+        self._next_due_ns = 0
+        until = clock.now() + HURRIED_BUDGET_NS
+        while clock.now() < until and not conductor.finished:
+            if conductor.pace.unhurried or not conductor.pace.timesteps_per_second:
+                return
+            if conductor.fleet_pending:
+                conductor.collect(clock.now, wait_s=0.001)
+            else:
+                conductor.feed(TimestepDue(clock.now(), 0))
+
+    def _draw(self, now: int) -> None:
+        screen = self._conductor.screen
+        if screen is None:
+            return
+        if screen is not self._shown:
+            self._shown = screen
+            self._window.show(screen)
+        self._window.draw(now)
+        shown_ns = self._clock.now()
+        if self._last_frame_ns >= 0:
+            self._frames.append(shown_ns - self._last_frame_ns)
+        self._last_frame_ns = shown_ns
+
+    def _observe(self, now: int) -> None:
+        if now >= self._next_pair_ns:
+            self._next_pair_ns = now + CLOCK_PAIR_EVERY_NS
+            t_ns = self._clock.now()
+            self._conductor.observe(ClockPair(t_ns, time.time_ns()))
+        if now >= self._next_health_ns:
+            self._next_health_ns = now + HEALTH_EVERY_NS
+            recorder = self._recorder
+            self._conductor.observe(
+                WriterHealth(now, recorder.durable_sequence, recorder.sent_sequence)
+            )
+            self._flush_frames(now)
+
+    def _flush_frames(self, now: int) -> None:
+        if self._frames:
+            intervals = np.array(self._frames, dtype=np.float64) / SECOND
+            self._conductor.observe(FrameIntervals(now, self._conductor.trial_id, intervals))
+            self._frames.clear()
+
+    @contextmanager
+    def _signals(self) -> Iterator[None]:
+        """Turn SIGINT and SIGTERM into an orderly end."""
+
+        def ask_to_stop(number: int, frame: FrameType | None) -> None:  # noqa: ARG001
+            self._quit_reason = signal.Signals(number).name
+
+        before = {
+            number: signal.signal(number, ask_to_stop) for number in (signal.SIGINT, signal.SIGTERM)
+        }
+        try:
+            yield
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)

@@ -1,0 +1,164 @@
+"""The participant's window: shows screens, and hands out what keys and mouse did.
+
+pygame's events carry no time, so each is stamped when it is taken from the queue. Keys are read
+from their events, never by asking what is held: that would miss short taps.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections import deque
+
+import pygame
+
+from study.errors import StudyError
+from study.screens import Screen
+from study.shell.drawing.lettering import clear_fonts
+from study.shell.drawing.renderer import Renderer
+from study.shell.keyboard import key_name
+from study.shell.pygame_check import require_pygame_ce
+from study.shell.raw_inputs import RawClose, RawFocus, RawInput, RawKey, RawPointer
+
+SMALLEST = (1280, 720)
+WATCHED = (
+    pygame.KEYDOWN,
+    pygame.KEYUP,
+    pygame.MOUSEBUTTONDOWN,
+    pygame.WINDOWFOCUSGAINED,
+    pygame.WINDOWFOCUSLOST,
+    pygame.WINDOWEXPOSED,
+    pygame.QUIT,
+)
+DEFAULT_REFRESH_HZ = 60.0
+
+
+class Window:
+    """An open window.
+
+    Args:
+        size: pixels; None takes the whole screen if ``fullscreen``, else 1280x960.
+        fullscreen: whether it fills the screen.
+        ui_factor: 1.25 makes everything that is written a quarter larger.
+        caption: what the window is called.
+
+    Raises:
+        StudyError: there is no display, it is too small, or pygame is not pygame-ce.
+    """
+
+    def __init__(
+        self,
+        size: tuple[int, int] | None = None,
+        *,
+        fullscreen: bool = False,
+        ui_factor: float = 1.0,
+        caption: str = "Study",
+    ) -> None:
+        require_pygame_ce()
+        if size is not None and (size[0] < SMALLEST[0] or size[1] < SMALLEST[1]):
+            raise StudyError(
+                f"a window of {size[0]}x{size[1]} pixels was asked for",
+                f"It needs at least {SMALLEST[0]}x{SMALLEST[1]}.",
+            )
+        # Software X servers flip 30 times faster without it; read when the display opens.
+        os.environ.setdefault("SDL_FRAMEBUFFER_ACCELERATION", "0")
+        os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+        try:
+            pygame.display.init()
+            pygame.font.init()
+            wanted = size or ((0, 0) if fullscreen else (1280, 960))
+            flags = pygame.FULLSCREEN if fullscreen else 0
+            self._surface = pygame.display.set_mode(wanted, flags)
+        except pygame.error as error:
+            pygame.display.quit()
+            raise StudyError(
+                f"no window can be opened: {error}",
+                "Run it on a desktop, or with SDL_VIDEODRIVER=dummy to run without a display.",
+            ) from error
+        self.size: tuple[int, int] = self._surface.get_size()
+        self.fullscreen = fullscreen
+        self._renderer = Renderer(self.size, ui_factor)
+        self._screen: Screen | None = None
+        self._last_poll_ns = time.perf_counter_ns()
+        self._waiting: deque[pygame.event.Event] = deque()
+        pygame.key.set_repeat()
+        pygame.key.stop_text_input()
+        pygame.event.set_blocked(None)
+        pygame.event.set_allowed(WATCHED)
+        self.set_caption(caption)
+
+    @property
+    def driver(self) -> str:
+        """SDL's video driver: "x11", "wayland", "dummy", ..."""
+        return pygame.display.get_driver()
+
+    @property
+    def refresh_hz(self) -> float:
+        """Rate at which the display shows pictures; 60 where it does not say."""
+        rate = pygame.display.get_current_refresh_rate()
+        return float(rate) if rate > 0 else DEFAULT_REFRESH_HZ
+
+    @property
+    def window_id(self) -> int:
+        """The window's number under X11; 0 elsewhere."""
+        return int(pygame.display.get_wm_info().get("window", 0)) if self.driver == "x11" else 0
+
+    @property
+    def screen(self) -> Screen | None:
+        """The screen shown."""
+        return self._screen
+
+    def set_caption(self, caption: str) -> None:
+        """Name the window."""
+        pygame.display.set_caption(caption)
+
+    def show(self, screen: Screen) -> None:
+        """Show a screen from the next picture on."""
+        self._screen = screen
+
+    def draw(self, now_ns: int) -> None:
+        """Draw the screen as it is at a session time, and put it on the display."""
+        if self._screen is not None:
+            self._renderer.draw(self._surface, self._screen, now_ns)
+        pygame.display.flip()
+
+    def poll(self) -> list[RawInput]:
+        """Take everything from the event queue, oldest first."""
+        events = [*self._waiting, *pygame.event.get()]
+        self._waiting.clear()
+        now = time.perf_counter_ns()
+        gap, self._last_poll_ns = now - self._last_poll_ns, now
+        return [raw for event in events if (raw := self._raw(event, now, gap)) is not None]
+
+    def wait(self, seconds: float) -> None:
+        """Sleep until a key, the mouse or the window has something to say, or until time is up."""
+        milliseconds = int(seconds * 1000)
+        if self._waiting:
+            return
+        if milliseconds < 1:
+            # SDL takes 0 for "for ever".
+            time.sleep(max(0.0, seconds))
+            return
+        event = pygame.event.wait(milliseconds)
+        if event.type != pygame.NOEVENT:
+            self._waiting.append(event)
+
+    def close(self) -> None:
+        """Close the window."""
+        clear_fonts()
+        pygame.font.quit()
+        pygame.display.quit()
+
+    def _raw(self, event: pygame.event.Event, now: int, gap: int) -> RawInput | None:
+        if event.type in (pygame.KEYDOWN, pygame.KEYUP):
+            name = key_name(event.key, getattr(event, "scancode", 0))
+            return RawKey(name, event.type == pygame.KEYDOWN, now, gap) if name else None
+        if event.type == pygame.MOUSEBUTTONDOWN and event.button == pygame.BUTTON_LEFT:
+            x, y = event.pos
+            target = "" if self._screen is None else self._renderer.hit(self._screen, x, y)
+            return RawPointer(float(x), float(y), target, now, gap)
+        if event.type in (pygame.WINDOWFOCUSGAINED, pygame.WINDOWFOCUSLOST):
+            return RawFocus(event.type == pygame.WINDOWFOCUSGAINED, now, gap)
+        if event.type == pygame.QUIT:
+            return RawClose(now, gap)
+        return None

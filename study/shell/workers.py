@@ -1,0 +1,89 @@
+"""A process that serves one object: requests in, answers out, one at a time.
+
+Processes are spawned, never forked: a forked sibling would keep the recording's pipe open.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from typing import Any
+
+from study.errors import StudyError
+
+Serve = Callable[[Any], Any]
+
+
+def _serve(connection: Connection, make: Callable[..., Serve], arguments: tuple[Any, ...]) -> None:
+    # The study decides when to stop; Ctrl-C reaches the whole terminal group.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    serve = make(*arguments)
+    while True:
+        try:
+            request = connection.recv()
+        except (EOFError, OSError):
+            return
+        try:
+            answer: Any = serve(request)
+        except Exception as error:
+            answer = WorkerFailure(str(error) or type(error).__name__)
+        try:
+            connection.send(answer)
+        except (BrokenPipeError, OSError):
+            return
+
+
+class WorkerFailure:
+    """What a request that raised is answered with."""
+
+    def __init__(self, reason: str) -> None:
+        self.reason = reason
+
+
+class Worker:
+    """A spawned process and the pipe to it.
+
+    The connection pickles between our own two processes only; nothing read from a file
+    ever goes this way as a pickle.
+
+    Args:
+        make: importable function that, in the process, makes the serving function.
+        arguments: its arguments.
+    """
+
+    def __init__(self, make: Callable[..., Serve], *arguments: object) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._connection, theirs = context.Pipe()
+        self._process = context.Process(
+            target=_serve, args=(theirs, make, arguments), daemon=True, name=make.__name__
+        )
+        self._process.start()
+        theirs.close()
+
+    def send(self, request: object) -> None:
+        """Ask. Raises StudyError if the process is gone."""
+        try:
+            self._connection.send(request)
+        except (BrokenPipeError, OSError) as error:
+            raise StudyError(f"the {self._process.name} process has ended unexpectedly") from error
+
+    def poll(self, seconds: float = 0.0) -> Any | None:  # noqa: ANN401 - what the served object says
+        """Return an answer if one comes within ``seconds``, else None.
+
+        Raises:
+            StudyError: the process is gone.
+        """
+        try:
+            return self._connection.recv() if self._connection.poll(seconds) else None
+        except (EOFError, OSError) as error:
+            raise StudyError(f"the {self._process.name} process has ended unexpectedly") from error
+
+    def close(self) -> None:
+        """End the process: politely, then not."""
+        self._connection.close()
+        self._process.join(0.5)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join(5.0)

@@ -1,0 +1,73 @@
+"""The task contract: a fleet of robots, stepped as a batch."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+
+from study.events.task_description import TaskDescription
+
+Floats = npt.NDArray[np.float32]
+Ints = npt.NDArray[np.int32]
+Mask = npt.NDArray[np.bool_]
+Seeds = npt.NDArray[np.uint64]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class FleetStep:
+    """What a step returned.
+
+    Attributes:
+        states: float32 [n, d], after the step.
+        rewards: float32 [n]; 0 for robots not stepped.
+        outcomes: int32 [n], codes.Outcome; a robot not stepped keeps its last one.
+    """
+
+    states: Floats
+    rewards: Floats
+    outcomes: Ints
+
+
+@runtime_checkable
+class Task(Protocol):
+    """A fleet of n robots that do not influence each other unless the task says so.
+
+    A task is made for a fixed n: ``create(robots, parameters)`` in its module. It is
+    deterministic given seeds and actions if its description says ``resimulable``.
+    """
+
+    description: TaskDescription
+    robots: int
+
+    def reset(self, mask: Mask, seeds: Seeds) -> Floats:
+        """Start new episodes for the robots in ``mask`` [n]; ``seeds`` uint64 [n].
+
+        Returns:
+            States of all robots, float32 [n, d].
+        """
+        ...
+
+    def step(self, actions: Ints, active: Mask) -> FleetStep:
+        """Step the robots in ``active`` [n] by ``actions`` int32 [n]; leave the others alone."""
+        ...
+
+    def close(self) -> None:
+        """Free what the task holds. Calling it twice is harmless."""
+        ...
+
+
+@runtime_checkable
+class SnapshotTask(Task, Protocol):
+    """A task whose whole state can be saved and put back."""
+
+    def snapshot(self) -> dict[str, npt.NDArray[Any]]:
+        """Return copies of all arrays that determine the future, random streams included."""
+        ...
+
+    def restore(self, snapshot: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Put back what `snapshot` returned."""
+        ...

@@ -1,0 +1,120 @@
+"""From what happened to what is fitted: demonstrations and choice sets.
+
+Only executed operator actions are demonstrations (idling is none), and only choices that
+the operator made train a scorer: never those of a scorer, never rows before the first
+selection, passed while cycling, or for a robot that could not be chosen.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+from collections.abc import Iterable
+
+import numpy as np
+import numpy.typing as npt
+
+from study.events.codes import ActionSource, ChoiceFlag, ChoiceSource
+from study.events.events import Timestep
+
+OPERATOR_SOURCES = (ChoiceSource.OPERATOR, ChoiceSource.ACCEPTED_SUGGESTION)
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Demonstrations:
+    """Executed operator actions, in order of time.
+
+    Attributes:
+        states: float32 [m, d], before the action.
+        actions: int32 [m].
+    """
+
+    states: npt.NDArray[np.float32]
+    actions: npt.NDArray[np.int32]
+
+    def arrays(self) -> dict[str, npt.NDArray[np.generic]]:
+        """Return the arrays as a fit takes them."""
+        return {"states": self.states, "actions": self.actions}
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class ChoiceSets:
+    """Choices among the robots of a fleet, one row a timestep.
+
+    Attributes:
+        states: float32 [m, n, d].
+        available: bool [m, n].
+        chosen: int32 [m].
+        trials: int32 [m], trial ids.
+    """
+
+    states: npt.NDArray[np.float32]
+    available: npt.NDArray[np.bool_]
+    chosen: npt.NDArray[np.int32]
+    trials: npt.NDArray[np.int32]
+
+    def arrays(self) -> dict[str, npt.NDArray[np.generic]]:
+        """Return the arrays as a fit takes them."""
+        return {
+            "states": self.states,
+            "available": self.available,
+            "chosen": self.chosen,
+            "trials": self.trials,
+        }
+
+
+def demonstrations(timesteps: Iterable[Timestep], state_size: int) -> Demonstrations:
+    """Collect the operator's executed actions.
+
+    Args:
+        timesteps: events of one or more trials.
+        state_size: d.
+    """
+    states: list[npt.NDArray[np.float32]] = []
+    actions: list[int] = []
+    for row in timesteps:
+        if row.operated >= 0 and row.action_sources[row.operated] == ActionSource.OPERATOR:
+            states.append(row.states[row.operated])
+            actions.append(int(row.actions[row.operated]))
+    return Demonstrations(
+        states=np.array(states, dtype=np.float32).reshape(-1, state_size),
+        actions=np.array(actions, dtype=np.int32),
+    )
+
+
+def is_usable_choice(row: Timestep) -> bool:
+    """Whether a row is a choice of the operator's that a scorer may be fitted to."""
+    return (
+        row.choice_source in OPERATOR_SOURCES
+        and row.choice_flag == ChoiceFlag.USABLE
+        and row.operated >= 0
+        and bool(row.available[row.operated])
+    )
+
+
+def choice_sets(timesteps: Iterable[Timestep], robots: int, state_size: int) -> ChoiceSets:
+    """Collect the operator's choices from trials with ``robots`` robots.
+
+    Args:
+        timesteps: events; rows of fleets of another size are passed over.
+        robots: n.
+        state_size: d.
+    """
+    rows = [row for row in timesteps if row.robots == robots and is_usable_choice(row)]
+    return ChoiceSets(
+        states=np.array([row.states for row in rows], dtype=np.float32).reshape(
+            -1, robots, state_size
+        ),
+        available=np.array([row.available for row in rows], dtype=np.bool_).reshape(-1, robots),
+        chosen=np.array([row.operated for row in rows], dtype=np.int32),
+        trials=np.array([row.trial_id for row in rows], dtype=np.int32),
+    )
+
+
+def arrays_sha256(arrays: dict[str, npt.NDArray[np.generic]]) -> str:
+    """Return the SHA-256 of named arrays: names, types, shapes and bytes."""
+    digest = hashlib.sha256()
+    for name, array in sorted(arrays.items()):
+        digest.update(f"{name}:{array.dtype.str}:{array.shape};".encode())
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,163 @@
+"""Proof that a recording's events follow from its inputs.
+
+Three checks, each stronger in another way: replay (exact, any machine, any task), stepping
+the task anew (for tasks that declare it), and nothing else is believed.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+
+from study.events.events import Event
+from study.events.inputs import FitCompleted, FleetObserved, Input, SessionOpened
+from study.protocol import parse_protocol
+from study.recording.reader import Recording, read_recording
+from study.recording.wire import decode, encode
+from study.session.effects import StartFleet, StepFleet
+from study.session.session import Session
+from study.shell.fleet_host import FleetAnswer, FleetHost
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Verdict:
+    """What a check found.
+
+    Attributes:
+        inputs: inputs fed.
+        events: events compared.
+        matches: whether everything agreed.
+        difference: the first disagreement, in words; empty if none.
+        resimulated: timesteps stepped anew and compared; 0 if not asked for.
+        largest_deviation: largest absolute difference of a state stepped anew.
+    """
+
+    inputs: int
+    events: int
+    matches: bool
+    difference: str = ""
+    resimulated: int = 0
+    largest_deviation: float = 0.0
+
+
+def verify(path: Path, *, resimulate: bool = False) -> Verdict:
+    """Replay a recording's inputs and compare the encoded events byte for byte.
+
+    Args:
+        path: the recording.
+        resimulate: also step the task anew and compare what the fleet answered. Exact on
+            the same platform and lock; the largest deviation is reported elsewhere.
+
+    Raises:
+        RecordingError: the file is no recording of ours.
+    """
+    return verify_recording(read_recording(path), resimulate=resimulate)
+
+
+def verify_recording(recording: Recording, *, resimulate: bool = False) -> Verdict:
+    """As `verify`, for a recording already opened."""
+    session = Session()
+    expected: list[tuple[str, bytes]] = []
+    twin = _Twin() if resimulate else None
+    inputs = compared = 0
+    difference = ""
+    for raw in recording.raw("input", "event"):
+        if raw.topic.startswith("event/"):
+            if not expected:
+                difference = f"record {raw.sequence}: {raw.topic} follows from no input"
+                break
+            topic, data = expected.pop(0)
+            compared += 1
+            if (topic, data) != (raw.topic, raw.data):
+                difference = _difference(raw.sequence, raw.topic, raw.data, topic, data)
+                break
+            continue
+        if expected:
+            difference = f"record {raw.sequence}: {expected[0][0]} is missing before it"
+            break
+        given: Input = decode(raw.topic, raw.data)  # type: ignore[assignment]
+        if twin:
+            twin.compare(given)
+        step = session.handle(given)
+        inputs += 1
+        expected = [(event.topic, encode(event)) for event in step.events]
+        if twin:
+            twin.expect([e for e in step.effects if isinstance(e, StartFleet | StepFleet)])
+    if not difference and expected and recording.complete:
+        difference = f"{expected[0][0]} is missing at the end"
+    if twin and not difference:
+        difference = twin.difference
+    return Verdict(
+        inputs=inputs,
+        events=compared,
+        matches=not difference,
+        difference=difference,
+        resimulated=twin.compared if twin else 0,
+        largest_deviation=twin.largest_deviation if twin else 0.0,
+    )
+
+
+def _difference(sequence: int, topic: str, data: bytes, expected: str, replayed: bytes) -> str:
+    if topic != expected:
+        return f"record {sequence}: {topic} recorded, {expected} replayed"
+    ours: Event = decode(topic, replayed)  # type: ignore[assignment]
+    theirs: Event = decode(topic, data)  # type: ignore[assignment]
+    fields = [
+        field.name
+        for field in dataclasses.fields(ours)
+        if not np.array_equal(
+            np.asarray(getattr(ours, field.name)), np.asarray(getattr(theirs, field.name))
+        )
+    ]
+    return f"record {sequence}: {topic} differs in {', '.join(fields) or 'its encoding'}"
+
+
+class _Twin:
+    """Steps the task again and compares its answers with those recorded."""
+
+    def __init__(self) -> None:
+        self._host: FleetHost | None = None
+        self._scorers: dict[str, str] = {}
+        self._policy = ""
+        self._answers: dict[int, FleetAnswer] = {}
+        self.compared = 0
+        self.largest_deviation = 0.0
+        self.difference = ""
+
+    def expect(self, effects: list[StartFleet | StepFleet]) -> None:
+        if self._host:
+            for effect in effects:
+                self._answers[effect.request_id] = self._host.answer(effect)
+
+    def compare(self, given: Input) -> None:
+        if isinstance(given, SessionOpened):
+            protocol = parse_protocol(given.protocol_toml, "the recorded protocol")
+            self._host = FleetHost(protocol.task.name, protocol.task.parameters)
+            self._policy = protocol.policy.name
+            self._scorers = {f"scorer:{key}": part.name for key, part in protocol.scorers.items()}
+            if self._host.description.resimulable == "no":
+                name = protocol.task.name
+                self.difference = f'the task "{name}" gives other states when stepped again'
+                self._host = None
+        elif isinstance(given, FitCompleted) and self._host:
+            algorithm = self._scorers.get(given.artefact_id)
+            kind = "scorer" if algorithm else "policy"
+            self._host.add_artefact(
+                given.artefact_id, kind, algorithm or self._policy, given.weights
+            )
+        elif isinstance(given, FleetObserved) and given.request_id in self._answers:
+            answer = self._answers.pop(given.request_id)
+            self.compared += 1
+            deviation = float(np.max(np.abs(answer.states - given.states), initial=0.0))
+            self.largest_deviation = max(self.largest_deviation, deviation)
+            same = all(
+                getattr(answer, name).tobytes() == getattr(given, name).tobytes()
+                for name in ("states", "rewards", "outcomes", "policy_actions", "scores")
+            )
+            if not same and not self.difference:
+                self.difference = (
+                    f"request {given.request_id}: the task stepped anew answers differently "
+                    f"(largest difference of a state {deviation:g})"
+                )

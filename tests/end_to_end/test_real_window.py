@@ -1,0 +1,63 @@
+"""`study run` in a real window, driven by real X11 events."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from participant import Participant
+from x11_driver import Hands, x_server
+
+from study.events.inputs import KeyChanged
+from study.recording.reader import read_recording
+from study.verification import verify
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def run_session(
+    protocol: str, folder: Path, *, mouse: bool, timeout_s: float
+) -> tuple[Path, list[tuple[str, bool]]]:
+    """Run a session by real events; return its recording and the key events sent."""
+    with x_server() as display:
+        environment = {
+            **os.environ,
+            "DISPLAY": display,
+            "SDL_VIDEODRIVER": "x11",
+            "SDL_AUDIODRIVER": "dummy",
+        }
+        command = [sys.executable, "-m", "study.commands.main", "run", protocol, "-p", "P01"]
+        study = subprocess.Popen([*command, "-o", str(folder)], env=environment, cwd=ROOT)
+        hands = Hands(display)
+        try:
+            Participant(hands, folder, study, mouse=mouse, seed=1).run(timeout_s)
+        finally:
+            study.terminate()
+            status = study.wait(20)
+            hands.close()
+    assert status == 0
+    (recording,) = folder.glob("*.mcap")
+    return recording, hands.sent
+
+
+@pytest.mark.parametrize("mouse", [False, True], ids=["keyboard", "mouse"])
+def test_smoke_protocol_by_real_events(tmp_path: Path, mouse: bool) -> None:
+    """Every stage is passed, each key sent is recorded in order, and the events replay."""
+    path, sent = run_session(
+        "protocols/smoke.toml", tmp_path / "recordings", mouse=mouse, timeout_s=150
+    )
+    recording = read_recording(path)
+    assert recording.complete
+    keys = [
+        (record.key, record.down)
+        for _, record in recording.records("input/key_changed")
+        if isinstance(record, KeyChanged)
+    ]
+    assert keys == sent
+    verdict = verify(path)
+    assert verdict.matches, verdict.difference
+    answers = list(recording.records("event/question_answered"))
+    assert len(answers) == 8

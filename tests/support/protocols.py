@@ -1,0 +1,29 @@
+"""Variants of the shipped protocols, for tests."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def variant(folder: Path, *changes: tuple[str, str], base: str = "smoke") -> Path:
+    """Write a shipped protocol with texts replaced; each must be there to be replaced."""
+    text = (ROOT / "protocols" / f"{base}.toml").read_text()
+    for old, new in changes:
+        assert old in text, f"{base}.toml has no {old!r}"
+        text = text.replace(old, new)
+    path = folder / f"{base}_variant.toml"
+    path.write_text(text)
+    return path
+
+
+def erratic(folder: Path) -> Path:
+    """Write the smoke protocol with two robots on the task that is never twice the same."""
+    text = (ROOT / "protocols" / "smoke.toml").read_text()
+    start, end = text.index("[task]"), text.index("[policy]")
+    text = text[:start] + '[task]\nname = "erratic"\non_end = "reset"\n\n' + text[end:]
+    text = text.replace("robots = 12", "robots = 2").replace("robots = 4", "robots = 2")
+    path = folder / "erratic.toml"
+    path.write_text(text)
+    return path

@@ -1,0 +1,109 @@
+"""A stand-in for hands: a private X server, and real X11 key and mouse events in it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+from Xlib import XK, X
+from Xlib.display import Display
+from Xlib.ext import xtest
+
+KEYSYMS = {
+    "up": "Up",
+    "down": "Down",
+    "left": "Left",
+    "right": "Right",
+    "return": "Return",
+    "escape": "Escape",
+    "tab": "Tab",
+    "backspace": "BackSpace",
+    "space": "space",
+    "-": "minus",
+    "=": "equal",
+}
+
+
+def require_program(name: str) -> str:
+    """Return the program's path; skip the test where it is missing, but fail in CI."""
+    path = shutil.which(name)
+    if path is None:
+        reason = f"needs the program {name}"
+        if os.environ.get("CI"):
+            pytest.fail(reason)
+        pytest.skip(reason)
+    return path
+
+
+@contextmanager
+def x_server(width: int = 1280, height: int = 960) -> Iterator[str]:
+    """Start a virtual X server; yield its display name."""
+    program = require_program("Xvfb")
+    read, write = os.pipe()
+    command = [program, "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24"]
+    server = subprocess.Popen(
+        [*command, "-nolisten", "tcp"], pass_fds=(write,), stderr=subprocess.DEVNULL
+    )
+    os.close(write)
+    try:
+        with os.fdopen(read) as pipe:
+            number = pipe.readline().strip()
+        assert number, "Xvfb did not start"
+        yield f":{number}"
+    finally:
+        server.terminate()
+        server.wait(10)
+
+
+class Hands:
+    """Presses keys and buttons; remembers every key event sent, in order."""
+
+    def __init__(self, display: str) -> None:
+        self._display = Display(display)
+        self.sent: list[tuple[str, bool]] = []
+
+    def wait_for_window(self, timeout_s: float = 30.0) -> None:
+        """Wait until a window is mapped, and give it the keyboard."""
+        deadline = time.monotonic() + timeout_s
+        root = self._display.screen().root
+        while time.monotonic() < deadline:
+            for window in root.query_tree().children:
+                attributes = window.get_attributes()
+                if attributes.map_state == X.IsViewable and window.get_geometry().width > 200:
+                    window.set_input_focus(X.RevertToPointerRoot, X.CurrentTime)
+                    self._display.sync()
+                    return
+            time.sleep(0.05)
+        raise AssertionError("no window appeared")
+
+    def key(self, name: str, *, down: bool) -> None:
+        """Send one key event."""
+        keysym = XK.string_to_keysym(KEYSYMS.get(name, name))
+        code = self._display.keysym_to_keycode(keysym)
+        xtest.fake_input(self._display, X.KeyPress if down else X.KeyRelease, code)
+        self._display.sync()
+        self.sent.append((name, down))
+
+    def tap(self, name: str, hold_s: float = 0.03) -> None:
+        """Press and release a key."""
+        self.key(name, down=True)
+        time.sleep(hold_s)
+        self.key(name, down=False)
+
+    def click(self, x: int, y: int) -> None:
+        """Move the pointer and click the left button."""
+        xtest.fake_input(self._display, X.MotionNotify, x=x, y=y)
+        self._display.sync()
+        time.sleep(0.03)
+        for kind in (X.ButtonPress, X.ButtonRelease):
+            xtest.fake_input(self._display, kind, 1)
+        self._display.sync()
+
+    def close(self) -> None:
+        """Let go of the server."""
+        self._display.close()
