@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Sequence
 from typing import Literal
 
@@ -75,8 +76,7 @@ def encode(
     values = states.astype(np.float64)
     if encoding == "raw":
         return values
-    low = np.array([field.low for field in fields])
-    span = np.array([field.high for field in fields]) - low
+    low, span = _ranges(tuple(fields))
     scaled: Floats = (values - low) / span
     if encoding == "scaled":
         return scaled
@@ -92,6 +92,13 @@ def encode(
         else:
             columns.append(scaled[..., place])
     return np.stack(columns, axis=-1)
+
+
+@functools.lru_cache(maxsize=16)
+def _ranges(fields: tuple[StateField, ...]) -> tuple[Floats, Floats]:
+    """Return the smallest value and the extent of each field, float64 [d]."""
+    low = np.array([field.low for field in fields])
+    return low, np.array([field.high for field in fields]) - low
 
 
 def feature_names(fields: Sequence[StateField]) -> tuple[str, ...]:

@@ -117,7 +117,9 @@ def versions() -> dict[str, str]:
     return found
 
 
-def start_recorder(folder: Path, loaded: LoadedProtocol, opened: SessionOpened) -> Recorder:
+def start_recorder(
+    folder: Path, loaded: LoadedProtocol, opened: SessionOpened, *, batch_bytes: int = 0
+) -> Recorder:
     """Start the writer process on a new file of the session."""
     stamp = re.sub(r"[^0-9T]", "", opened.started_utc[:19])
     name = f"{loaded.protocol.study.name}_{opened.participant}_{stamp}_{opened.session_id[:4]}"
@@ -129,7 +131,7 @@ def start_recorder(folder: Path, loaded: LoadedProtocol, opened: SessionOpened) 
         **{f"version:{key}": value for key, value in json.loads(opened.versions_json).items()},
     }
     attachments = {"protocol.toml": loaded.text.encode()}
-    return Recorder.start(folder, name, attachments, metadata)
+    return Recorder.start(folder, name, attachments, metadata, batch_bytes=batch_bytes)
 
 
 def clock_pair(t_ns: int) -> ClockPair:

@@ -26,6 +26,9 @@ from study.shell.virtual_loop import VirtualClock, run_virtual
 from study.simulated.operator import SimulatedOperator
 from study.simulated.parameters import draw_parameters
 
+BATCH_BYTES = 1 << 16
+"""A simulated session that is lost can be run again, so its records travel in batches."""
+
 
 def simulated_assignments(loaded: LoadedProtocol, participants: int, seed: int) -> list[Assignment]:
     """Return the assignments of a simulated study: orders in turn, so that they balance."""
@@ -59,7 +62,7 @@ def simulate_session(protocol: str, assignment: Assignment, study_seed: int, fol
     """
     loaded = load_protocol(protocol)
     opened = session_opened(loaded, assignment)
-    recorder = start_recorder(folder, loaded, opened)
+    recorder = start_recorder(folder, loaded, opened, batch_bytes=BATCH_BYTES)
     epoch_ns = time.time_ns()
     fleet = open_fleet(loaded.protocol.task.name, loaded.protocol.task.parameters)
     fitter = InlineFitter(loaded.description)

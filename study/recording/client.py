@@ -45,7 +45,12 @@ class Recorder:
     """
 
     def __init__(
-        self, process: subprocess.Popen[bytes], path: Path, *, backlog_limit: int = BACKLOG_LIMIT
+        self,
+        process: subprocess.Popen[bytes],
+        path: Path,
+        *,
+        backlog_limit: int = BACKLOG_LIMIT,
+        batch_bytes: int = 0,
     ) -> None:
         assert process.stdin is not None  # noqa: S101 - both are pipes, see `start`
         assert process.stdout is not None  # noqa: S101
@@ -54,6 +59,8 @@ class Recorder:
         self._pipe = process.stdin.fileno()
         self._answers = process.stdout.fileno()
         self._backlog_limit = backlog_limit
+        self._batch_bytes = batch_bytes
+        self._gathered = 0
         self._channels = channel_numbers()
         self._changed = threading.Condition()
         self._outgoing: deque[memoryview] = deque()
@@ -81,6 +88,7 @@ class Recorder:
         metadata: Mapping[str, str],
         *,
         backlog_limit: int = BACKLOG_LIMIT,
+        batch_bytes: int = 0,
     ) -> Self:
         """Start the writer process and wait until the file's beginning is on disk.
 
@@ -92,6 +100,9 @@ class Recorder:
             attachments: files kept inside the recording: ``{"protocol.toml": ...}``.
             metadata: what is to be known of the recording: ``session_id``, versions, ...
             backlog_limit: bytes that may wait for the disk.
+            batch_bytes: bytes that may gather before they are sent: fewer, larger writes
+                for simulated sessions. 0 sends each record at once, so that a crash of
+                the study costs at most the record in flight.
 
         Raises:
             StudyError: folder or file cannot be made, or the name is taken.
@@ -111,7 +122,7 @@ class Recorder:
             ) from error
         path = folder / f"{name}.mcap"
         opening = opening_payload(path, attachments, metadata, time.time_ns())
-        recorder = cls(spawn_writer(), path, backlog_limit=backlog_limit)
+        recorder = cls(spawn_writer(), path, backlog_limit=backlog_limit, batch_bytes=batch_bytes)
         with recorder._changed:
             recorder._send(frame(FrameKind.OPEN, opening))
             recorder._changed.wait_for(
@@ -199,7 +210,11 @@ class Recorder:
             self._sent = sequence
             self._kept.append((sequence, framed))
             self._kept_bytes += len(framed)
-            self._send(framed)
+            self._gathered += len(framed)
+            if self._gathered > self._batch_bytes:
+                self._send(framed)
+            else:
+                self._outgoing.append(memoryview(framed))
         return sequence
 
     def ensure_durable(self, timeout_s: float) -> bool:
@@ -250,6 +265,9 @@ class Recorder:
     def _send(self, framed: bytes) -> None:
         """Queue a frame and push as much as the pipe takes. The caller holds the lock."""
         self._outgoing.append(memoryview(framed))
+        self._gathered = 0
+        if self._batch_bytes and _CAN_SELECT:
+            self._outgoing = deque([memoryview(b"".join(self._outgoing))])
         if _CAN_SELECT:
             self._push()
         if self._outgoing:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import numpy.typing as npt
 
@@ -15,6 +13,7 @@ SECOND = 1_000_000_000
 LOW_HEALTH = 30.0
 STUCK_SECONDS = 5.0
 STUCK_METRES = 1.0
+_RUNNING, _GOAL = int(Outcome.RUNNING), int(Outcome.GOAL)
 _SHOWN_NS = {"lost": SECOND, "goal": 600_000_000, "damage": 600_000_000, "pack": 600_000_000}
 _RANK: dict[CueKind, int] = {"lost": 0, "goal": 1, "damage": 2, "stuck": 3, "low": 4, "pack": 5}
 
@@ -26,21 +25,22 @@ class Cues:
     """
 
     def __init__(self, description: TaskDescription, states: npt.NDArray[np.float32]) -> None:
-        self._x, self._y = description.x_field, description.y_field
         self._health = description.health_field
+        self._places = [description.x_field, description.y_field]
+        self._has_place = min(self._places) >= 0
         robots = len(states)
         self._momentary: list[Cue | None] = [None] * robots
-        self._anchor = [self._place(state) for state in states]
-        self._anchor_ns = [0] * robots
+        self._anchors = self._place(states)
+        self._anchored_ns = np.zeros(robots, dtype=np.int64)
 
-    def _place(self, state: npt.NDArray[np.float32]) -> tuple[float, float]:
-        if self._x < 0 or self._y < 0:
-            return (0.0, 0.0)
-        return (float(state[self._x]), float(state[self._y]))
+    def _place(self, states: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        if not self._has_place:
+            return np.zeros((len(states), 2), dtype=np.float32)
+        return states[:, self._places]
 
     def start(self, t_ns: int) -> None:
-        """The trial begins to run."""
-        self._anchor_ns = [t_ns] * len(self._anchor_ns)
+        """The trial begins to run, or goes on after a pause."""
+        self._anchored_ns[:] = t_ns
 
     def observe(
         self,
@@ -59,31 +59,33 @@ class Cues:
             restarted: robots that began a new episode in this step, [n].
             t_ns: session time.
         """
-        for robot in range(len(self._momentary)):
-            place = self._place(after[robot])
-            if restarted[robot] or math.dist(place, self._anchor[robot]) > STUCK_METRES:
-                self._anchor[robot] = place
-                self._anchor_ns[robot] = t_ns
-            if restarted[robot]:
-                continue
-            outcome = outcomes[robot]
-            if outcome == Outcome.GOAL:
+        places = self._place(after)
+        moved = restarted | (np.abs(places - self._anchors).max(axis=1) > STUCK_METRES)
+        np.copyto(self._anchors, places, where=moved[:, None])
+        self._anchored_ns[moved] = t_ns
+        change = (
+            after[:, self._health] - before[:, self._health]
+            if self._health >= 0
+            else np.zeros(len(after), dtype=np.float32)
+        )
+        # A robot that ended stays in its last state for a timestep: its cue runs already.
+        for robot in np.flatnonzero(~restarted & ((outcomes != _RUNNING) | (change != 0))):
+            outcome, amount = int(outcomes[robot]), float(change[robot])
+            if outcome == _GOAL:
                 self._momentary[robot] = Cue("goal", 0.0, t_ns)
-            elif outcome in (Outcome.LOST, Outcome.TIME_UP):
+            elif outcome != _RUNNING:
                 self._momentary[robot] = Cue("lost", 0.0, t_ns)
-            elif self._health >= 0:
-                change = float(after[robot, self._health] - before[robot, self._health])
-                if change:
-                    self._offer(robot, Cue("damage" if change < 0 else "pack", change, t_ns))
+            else:
+                self._offer(int(robot), Cue("damage" if amount < 0 else "pack", amount, t_ns))
 
     def _offer(self, robot: int, cue: Cue) -> None:
         shown = self._momentary[robot]
-        if shown is not None and self._is_shown(shown, cue.since_ns):
-            if _RANK[shown.kind] < _RANK[cue.kind]:
-                return
-            if shown.kind == cue.kind and shown.amount == cue.amount:
-                cue = Cue(cue.kind, cue.amount, cue.since_ns)
-        self._momentary[robot] = cue
+        if (
+            shown is None
+            or not self._is_shown(shown, cue.since_ns)
+            or _RANK[cue.kind] <= _RANK[shown.kind]
+        ):
+            self._momentary[robot] = cue
 
     def _is_shown(self, cue: Cue, t_ns: int) -> bool:
         return t_ns - cue.since_ns < _SHOWN_NS[cue.kind]
@@ -95,9 +97,9 @@ class Cues:
             momentary = self._momentary[robot] = None
         if momentary is not None and momentary.kind != "pack":
             return momentary
-        stuck_for = (t_ns - self._anchor_ns[robot]) / SECOND
-        if stuck_for >= STUCK_SECONDS and self._x >= 0:
-            return Cue("stuck", stuck_for, self._anchor_ns[robot])
+        since_ns = int(self._anchored_ns[robot])
+        if self._has_place and t_ns - since_ns >= STUCK_SECONDS * SECOND:
+            return Cue("stuck", (t_ns - since_ns) / SECOND, since_ns)
         if self._health >= 0 and state[self._health] < LOW_HEALTH:
             return Cue("low", float(state[self._health]), t_ns)
         return momentary

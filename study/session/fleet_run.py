@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +10,8 @@ import numpy.typing as npt
 from study.events.codes import Outcome
 from study.events.inputs import FleetObserved
 from study.seeding import stream_seed
+
+_RUNNING = int(Outcome.RUNNING)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -32,6 +33,11 @@ class FleetRun:
         seed: the session's seed.
         starts_key: numbers that key the start states of this run.
         restart: whether a robot that ended starts anew at the next timestep.
+
+    Attributes:
+        now: the last answer of the fleet.
+        available: robots that can be chosen: those whose episode goes on, bool [n].
+        restarting: robots that start anew at the next step, bool [n].
     """
 
     def __init__(
@@ -40,32 +46,25 @@ class FleetRun:
         self._seed = seed
         self._starts_key = starts_key
         self._restart = restart
-        self.now = first
         self.robots = first.robots
+        self._take(first)
         self.episodes = [1] * first.robots
-        self._lengths = [0] * first.robots
-        self._episode_rewards: list[list[float]] = [[] for _ in range(first.robots)]
-        self._rewards: list[float] = []
+        self._lengths = np.zeros(first.robots, dtype=np.int64)
+        self._episode_rewards = np.zeros(first.robots)
+        self._rewards = np.zeros(first.robots)
 
-    @property
-    def available(self) -> npt.NDArray[np.bool_]:
-        """Robots that can be chosen: those whose episode goes on, [n]."""
-        return np.equal(self.now.outcomes, Outcome.RUNNING.value)
-
-    @property
-    def restarting(self) -> npt.NDArray[np.bool_]:
-        """Robots that start anew at the next step, [n]."""
-        return ~self.available if self._restart else np.zeros(self.robots, dtype=np.bool_)
+    def _take(self, observed: FleetObserved) -> None:
+        self.now = observed
+        self.available: npt.NDArray[np.bool_] = np.equal(observed.outcomes, _RUNNING)
+        ended = ~self.available
+        self.restarting = ended if self._restart else np.zeros_like(ended)
 
     def seeds(self) -> npt.NDArray[np.uint64]:
         """Return the seeds of the robots' next episodes, uint64 [n]; 0 where none starts."""
-        return np.array(
-            [
-                self.episode_seed(robot, self.episodes[robot] + 1) if restarts else 0
-                for robot, restarts in enumerate(self.restarting)
-            ],
-            dtype=np.uint64,
-        )
+        seeds = np.zeros(self.robots, dtype=np.uint64)
+        for robot in np.flatnonzero(self.restarting):
+            seeds[robot] = self.episode_seed(int(robot), self.episodes[robot] + 1)
+        return seeds
 
     def episode_seed(self, robot: int, episode: int) -> int:
         """Return the seed of one robot's episode."""
@@ -73,33 +72,28 @@ class FleetRun:
 
     def observe(self, after: FleetObserved) -> list[EndedEpisode]:
         """Take in the answer to a step; return the episodes that ended in it."""
-        restarted = self.restarting
-        stepped = self.available
-        ended: list[EndedEpisode] = []
-        for robot in range(self.robots):
-            if restarted[robot]:
-                self.episodes[robot] += 1
-                self._lengths[robot] = 0
-                self._episode_rewards[robot] = []
-            elif stepped[robot]:
-                reward = float(after.rewards[robot])
-                self._lengths[robot] += 1
-                self._episode_rewards[robot].append(reward)
-                self._rewards.append(reward)
-                if after.outcomes[robot] != Outcome.RUNNING:
-                    ended.append(
-                        EndedEpisode(
-                            robot=robot,
-                            episode=self.episodes[robot],
-                            length=self._lengths[robot],
-                            outcome=int(after.outcomes[robot]),
-                            reward=math.fsum(self._episode_rewards[robot]),
-                        )
-                    )
-        self.now = after
-        return ended
+        restarted, stepped = self.restarting, self.available
+        for robot in np.flatnonzero(restarted):
+            self.episodes[robot] += 1
+        # Element by element in float64: the same sums on every machine.
+        rewards = np.where(stepped, after.rewards, 0.0)
+        self._rewards += rewards
+        self._episode_rewards = np.where(restarted, 0.0, self._episode_rewards + rewards)
+        self._lengths = np.where(restarted, 0, self._lengths + stepped)
+        self._take(after)
+        return [
+            EndedEpisode(
+                robot=int(robot),
+                episode=self.episodes[robot],
+                length=int(self._lengths[robot]),
+                outcome=int(after.outcomes[robot]),
+                reward=float(self._episode_rewards[robot]),
+            )
+            for robot in np.flatnonzero(stepped & ~self.available)
+        ]
 
     @property
     def team_reward(self) -> float:
-        """Sum of all rewards so far, correctly rounded, so that it is the same everywhere."""
-        return math.fsum(self._rewards)
+        """Sum of all robots' rewards so far."""
+        # Not NumPy's sum: its order of adding depends on the machine.
+        return float(sum(self._rewards.tolist()))

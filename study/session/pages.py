@@ -69,4 +69,5 @@ class PagesStage(QuietStage):
             can_go_back=self._index > 0,
             next_hint=page.next_hint,
             action=page.action,
+            robot_keys=self._context.protocol.keys.robots[: page.robots],
         )

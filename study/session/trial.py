@@ -36,6 +36,8 @@ from study.session.fleet_run import FleetRun
 from study.session.plan import UNIFORM_RANDOM, TrialPlan
 from study.session.trial_screens import TrialScreens, ready_screen
 
+_POLICY, _INACTIVE = int(ActionSource.POLICY), int(ActionSource.INACTIVE)
+
 
 class TrialStage:
     """Ready screen, start of the fleet, timesteps, end."""
@@ -215,9 +217,7 @@ class TrialStage:
         active = run.available
         actions = run.now.policy_actions.copy()
         idle = self._context.description.idle_action
-        self._sources = np.where(active, ActionSource.POLICY, ActionSource.INACTIVE).astype(
-            np.int32
-        )
+        self._sources = np.where(active, _POLICY, _INACTIVE).astype(np.int32)
         operated = self._allocation.operated
         if operated >= 0 and active[operated]:
             key = self._controls.newest()

@@ -70,6 +70,9 @@ class TrialScreens:
         self._timestep = 0
         self._heading = heading(plan, context)
         self._keys = _key_legend(plan, context.protocol)
+        chosen_by_key = plan.robots > 1 and plan.allocation == "manual"
+        keys = context.protocol.keys.robots
+        self._robot_keys = keys[: plan.robots] if chosen_by_key else ()
 
     def start(self, t_ns: int) -> None:
         """The trial begins to run."""
@@ -137,6 +140,7 @@ class TrialScreens:
             timestep_seconds=1.0 / rate,
             keys=self._keys,
             message=self._message(),
+            robot_keys=self._robot_keys,
         )
 
     def _message(self) -> str:

@@ -15,6 +15,7 @@ from study.errors import StudyError
 from study.events.task_description import TaskDescription
 from study.families import load_member
 from study.map_grid import score_grid
+from study.scorers._threads import use_one_thread, warm_up
 from study.session.effects import RequestFit
 from study.shell.workers import Worker
 
@@ -43,7 +44,7 @@ def fit(request: RequestFit, description: TaskDescription) -> FitAnswer:
     package = "study.policies" if request.kind == "policy" else "study.scorers"
     try:
         if request.kind == "scorer":
-            _one_thread()
+            use_one_thread()
         module = load_member(package, request.kind, request.algorithm)
         parameters = module.Parameters.model_validate(json.loads(request.parameters_json))
         result = module.fit(request.arrays, description, parameters, request.seed)
@@ -59,13 +60,6 @@ def fit(request: RequestFit, description: TaskDescription) -> FitAnswer:
         metrics=result.metrics,
         score_grid=grid,
     )
-
-
-def _one_thread() -> None:
-    """Keep torch to one thread: faster at this size, and the same numbers every time."""
-    import torch  # noqa: PLC0415 - slow to import, and needed by fits only
-
-    torch.set_num_threads(1)
 
 
 class Fitter(Protocol):
@@ -151,6 +145,6 @@ class ProcessFitter:
 
 
 def serve_fits(description: TaskDescription) -> Callable[[Any], Any]:
-    """Make the serving function of the fitting process; import torch before it is needed."""
-    _one_thread()
+    """Make the serving function of the fitting process; load torch before it is needed."""
+    warm_up()
     return lambda request: fit(request, description)

@@ -240,9 +240,7 @@ class Canvas:
             pygame.draw.rect(surface, edge or fill, outer, border_radius=round(r * k))
             if line:
                 inner = outer.inflate(-2 * line * k, -2 * line * k)
-                pygame.draw.rect(
-                    surface, fill, inner, border_radius=max(0, round((r - line) * k))
-                )
+                pygame.draw.rect(surface, fill, inner, border_radius=max(0, round((r - line) * k)))
 
         corners = self.sprite(("box", r, line, fill, edge), 2 * r, 2 * r, paint)
         self.surface.fill(fill, place.inflate(-2 * r, 0))

@@ -10,8 +10,14 @@ from study.shell.drawing.canvas import Canvas
 ARROWS = {"←": "left", "↑": "up", "→": "right", "↓": "down"}
 ARROW_NAMES = frozenset(ARROWS.values())
 KEY_WORDS = {
-    "arrows": "← ↑ ↓ →", "-": "−", "backspace": "Backspace", "space": "Space",
-    "escape": "Esc", "return": "Enter", "tab": "Tab"}
+    "arrows": "← ↑ ↓ →",
+    "-": "−",
+    "backspace": "Backspace",
+    "space": "Space",
+    "escape": "Esc",
+    "return": "Enter",
+    "tab": "Tab",
+}
 PLAIN = frozenset({"…", "–", "to", "or"})
 """Parts of a label that are words between key caps."""
 TALL_WINDOW = 860

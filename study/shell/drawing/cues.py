@@ -25,9 +25,7 @@ class PillStyle:
 
 STYLES: dict[CueKind, PillStyle] = {
     "lost": PillStyle(palette.INK, palette.INK, palette.CARD, palette.VERMILLION_TINT),
-    "goal": PillStyle(
-        palette.GREEN_TEXT, palette.GREEN_TEXT, palette.CARD, palette.GREEN_TINT
-    ),
+    "goal": PillStyle(palette.GREEN_TEXT, palette.GREEN_TEXT, palette.CARD, palette.GREEN_TINT),
     "damage": PillStyle(
         palette.VERMILLION_TEXT, palette.VERMILLION_TEXT, palette.CARD, palette.VERMILLION_TINT
     ),
@@ -128,9 +126,7 @@ def draw_sign(canvas: Canvas, cue: Cue, right: float, y: float, size: float) -> 
     _sign(cue.kind)(canvas, place.centerx, place.centery, size * 0.8, style.text)
 
 
-def draw_mark(
-    canvas: Canvas, cue: Cue, x: float, y: float, radius: float, *, driven: bool
-) -> None:
+def draw_mark(canvas: Canvas, cue: Cue, x: float, y: float, radius: float, *, driven: bool) -> None:
     """Draw a cue's mark behind a robot of this radius; larger behind a driven one."""
     reach = radius * (3.6 if driven else 2.2)
     line = max(1.5, radius * 0.16)

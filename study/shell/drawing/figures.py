@@ -13,8 +13,8 @@ from study.shell.drawing import chrome, leaders, maps, palette
 from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.grid import TilePlace, plate_on
 from study.shell.drawing.motion import Pose
-from study.shell.drawing.robots import DRIVEN_SCALE, HALO, draw_robot
 from study.shell.drawing.plate import PlateLook
+from study.shell.drawing.robots import DRIVEN_SCALE, HALO, draw_robot
 from study.shell.drawing.tile import TileView, draw_tile
 
 SHOWN_HEALTH = 80.0
@@ -49,9 +49,7 @@ def _distance(mark: RectangleMark, x: float, y: float) -> float:
 
 def _tile(scene: Scene, robot: int) -> tuple[Tile, Pose]:
     x, y = free_place(scene)
-    tile = Tile(
-        robot=robot, x=x, y=y, heading=HEADING, health=SHOWN_HEALTH, cue=None, episode=0
-    )
+    tile = Tile(robot=robot, x=x, y=y, heading=HEADING, health=SHOWN_HEALTH, cue=None, episode=0)
     return tile, Pose(x, y, HEADING)
 
 
@@ -82,7 +80,7 @@ def draw_annotated_map(canvas: Canvas, screen: PageScreen, place: pygame.Rect) -
     tile_place = _map_place(canvas, scene, place, labels, 0, single=False)
     tile, pose = _tile(scene, min(4, max(0, screen.robots - 1)))
     look = PlateLook(driven=True, suggested=False, accept_key="", has_dwell=False, note="")
-    draw_tile(canvas, scene, TileView(tile_place, tile, look, pose))
+    draw_tile(canvas, scene, TileView(tile_place, tile, look, pose, ground=palette.CARD))
     view = maps.MapView(scene, tile_place.map)
     start = next((disc for disc in scene.discs if disc.role == "start"), None)
     if start is not None:
@@ -220,7 +218,8 @@ def _small_tile(canvas: Canvas, place: pygame.Rect, robot: int, *, chosen: bool)
     if chosen:
         canvas.write(
             "YOU", (plate.right + place.right) / 2, plate.centery, min(u(22), size * 0.66),
-            weight="bold", colour=palette.BLUE_DARK, align="centre", width=place.right - plate.right,
+            weight="bold", colour=palette.BLUE_DARK, align="centre",
+            width=place.right - plate.right,
         )  # fmt: skip
     heading = (0.3, 0.5, 2.6, 1.6)[robot % 4]
     x, y = place.left + place.width * 0.68, place.top + place.height * 0.74
@@ -238,6 +237,6 @@ def draw_switching(canvas: Canvas, screen: PageScreen, place: pygame.Rect) -> No
     tile_place = _map_place(canvas, scene, place, 0, canvas.u(42), single=True)
     tile, pose = _tile(scene, min(6, max(0, screen.robots - 1)))
     look = PlateLook(driven=True, suggested=False, accept_key="", has_dwell=True, note="")
-    draw_tile(canvas, scene, TileView(tile_place, tile, look, pose, dwell_left=0.62))
-
-
+    draw_tile(
+        canvas, scene, TileView(tile_place, tile, look, pose, dwell_left=0.62, ground=palette.CARD)
+    )

@@ -227,9 +227,7 @@ def _draw_keys(canvas: Canvas, screen: FleetScreen, y: int, left: int) -> int:
     right = canvas.size[0] - u(24)
     clock = u(CLOCK_ROOM) if screen.seconds_total > 0 else u(20)
     height, size, gap = u(29), u(18), u(18)
-    while (
-        _keys_width(canvas, screen, height, size, gap) > right - left - clock and size > u(13)
-    ):
+    while _keys_width(canvas, screen, height, size, gap) > right - left - clock and size > u(13):
         height, size, gap = height - 1, size - 1, max(u(8), gap - 2)
     x = start = right - _keys_width(canvas, screen, height, size, gap)
     for label, word in screen.keys:
@@ -259,5 +257,3 @@ def _draw_clock(canvas: Canvas, screen: FleetScreen, left: int, right: int, y: i
         share = min(1.0, max(0.0, screen.seconds_left / screen.seconds_total))
         inside.width = round(inside.width * share)
         canvas.surface.fill(palette.AUTONOMOUS, inside)
-
-

@@ -17,9 +17,7 @@ def frame_rect(canvas: Canvas, place: TilePlace) -> pygame.Rect:
     edge = canvas.u(FRAME)
     body = place.body
     top = body.top - max(place.bar, edge)
-    return pygame.Rect(
-        body.left - edge, top, body.width + 2 * edge, body.bottom + edge - top
-    )
+    return pygame.Rect(body.left - edge, top, body.width + 2 * edge, body.bottom + edge - top)
 
 
 def driven_frame(canvas: Canvas, place: TilePlace, robot: int) -> None:

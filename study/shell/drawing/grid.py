@@ -86,9 +86,7 @@ def _strip(scene: Scene, width: float, scale: float) -> int:
     return 0 if scene.plate is not None else round(max(30 * scale, 0.11 * width))
 
 
-def _grid(
-    area: pygame.Rect, scene: Scene, tiles: int, bar: int, scale: float
-) -> tuple[int, int]:
+def _grid(area: pygame.Rect, scene: Scene, tiles: int, bar: int, scale: float) -> tuple[int, int]:
     """Return the largest possible tile width in pixels and its number of columns."""
     gap = _gap(single=tiles == 1, scale=scale)
     best = (0, 1)

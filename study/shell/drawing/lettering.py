@@ -91,8 +91,19 @@ def line_surface(
 def wrap(text: str, weight: Weight, size: int, width: int) -> list[str]:
     """Break a text into lines at blanks, each at most ``width`` pixels if its words allow it.
 
-    The lines' words, joined by blanks, are the words of the text.
+    The lines' words, joined by blanks, are the words of the text. A last line of one word is
+    avoided where narrower lines do so without adding one.
     """
+    lines = _greedy_lines(text, weight, size, width)
+    if len(lines) > 1 and " " not in lines[-1]:
+        for share in (0.95, 0.9, 0.85, 0.8):
+            narrower = _greedy_lines(text, weight, size, int(width * share))
+            if len(narrower) == len(lines) and " " in narrower[-1]:
+                return narrower
+    return lines
+
+
+def _greedy_lines(text: str, weight: Weight, size: int, width: int) -> list[str]:
     lines: list[str] = []
     current = ""
     for word in text.split():
@@ -102,9 +113,7 @@ def wrap(text: str, weight: Weight, size: int, width: int) -> list[str]:
             current = word
         else:
             current = longer
-    if current:
-        lines.append(current)
-    return lines
+    return [*lines, current] if current else lines
 
 
 def fitting_size(text: str, weight: Weight, size: int, width: int, smallest: int) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 import pygame
 
@@ -26,7 +27,7 @@ def thick_line(
     radius = width / 2
     for x, y in points:
         pygame.draw.circle(surface, colour, (x, y), radius)
-    for (x0, y0), (x1, y1) in zip(points[:-1], points[1:], strict=True):
+    for (x0, y0), (x1, y1) in pairwise(points):
         length = math.hypot(x1 - x0, y1 - y0)
         if length == 0:
             continue
@@ -45,9 +46,7 @@ def disc(canvas: Canvas, x: float, y: float, radius: float, colour: Colour) -> N
     def paint(surface: pygame.Surface, k: float) -> None:
         pygame.draw.circle(surface, colour, surface.get_rect().center, radius * k)
 
-    canvas.put(
-        canvas.sprite(("disc", round(radius * 4), colour), diameter, diameter, paint), x, y
-    )
+    canvas.put(canvas.sprite(("disc", round(radius * 4), colour), diameter, diameter, paint), x, y)
 
 
 def ring(
@@ -219,9 +218,7 @@ def arrow(
     canvas.put(canvas.sprite(key, size + 2, size + 2, paint), x, y)
 
 
-def tick(
-    canvas: Canvas, x: float, y: float, size: float, colour: Colour, stroke: float
-) -> None:
+def tick(canvas: Canvas, x: float, y: float, size: float, colour: Colour, stroke: float) -> None:
     """Draw a tick."""
 
     def paint(surface: pygame.Surface, k: float) -> None:
@@ -233,9 +230,7 @@ def tick(
     canvas.put(canvas.sprite(key, size, size, paint), x, y)
 
 
-def saltire(
-    canvas: Canvas, x: float, y: float, size: float, colour: Colour, stroke: float
-) -> None:
+def saltire(canvas: Canvas, x: float, y: float, size: float, colour: Colour, stroke: float) -> None:
     """Draw an x-shaped cross."""
 
     def paint(surface: pygame.Surface, k: float) -> None:
@@ -281,9 +276,7 @@ def burst(canvas: Canvas, x: float, y: float, radius: float, stroke: float) -> N
             for corner in range(2 * spikes):
                 reach = outer if corner % 2 == 0 else outer * 0.83
                 angle = math.pi * corner / spikes
-                points.append(
-                    (middle + reach * math.cos(angle), middle + reach * math.sin(angle))
-                )
+                points.append((middle + reach * math.cos(angle), middle + reach * math.sin(angle)))
             return points
 
         _polygon(surface, palette.VERMILLION_TEXT, star(radius * k))

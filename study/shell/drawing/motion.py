@@ -8,6 +8,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections import deque
+from itertools import pairwise
 
 from study.screens import FleetScreen, Tile
 
@@ -61,7 +62,7 @@ def along_trail(
     points: list[tuple[float, float]] = []
     passed = 0.0
     wanted = list(distances)
-    for (x0, y0), (x1, y1) in zip(places[:-1], places[1:], strict=True):
+    for (x0, y0), (x1, y1) in pairwise(places):
         length = math.hypot(x1 - x0, y1 - y0)
         while wanted and length > 0 and passed + length >= wanted[0]:
             share = (wanted.pop(0) - passed) / length

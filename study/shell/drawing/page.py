@@ -150,9 +150,7 @@ def _draw_map_page(canvas: Canvas, screen: PageScreen, area: pygame.Rect) -> Non
     figures.draw_arrow_keys(canvas, keys)
     if not lower:
         return
-    rest = pygame.Rect(
-        right.left, keys.bottom + gap, right.width, right.bottom - keys.bottom - gap
-    )
+    rest = pygame.Rect(right.left, keys.bottom + gap, right.width, right.bottom - keys.bottom - gap)
     if screen.paragraphs:
         draw_text_card(canvas, rest, screen.paragraphs)
     else:
@@ -181,7 +179,5 @@ def _draw_assisted_page(canvas: Canvas, screen: PageScreen, area: pygame.Rect) -
     draw_card(canvas, left)
     figures.draw_switching(canvas, screen, left.inflate(-canvas.u(48), -canvas.u(44)))
     if screen.paragraphs:
-        right = pygame.Rect(
-            left.right + gap, area.top, area.right - left.right - gap, area.height
-        )
+        right = pygame.Rect(left.right + gap, area.top, area.right - left.right - gap, area.height)
         draw_text_card(canvas, right, screen.paragraphs)

@@ -142,9 +142,7 @@ def _corner_plate(canvas: Canvas, place: TilePlace, tile: Tile, look: PlateLook)
         _large_plate(canvas, place, look, wrote.bottom, health.top)
 
 
-def _beside_number(
-    canvas: Canvas, place: TilePlace, number: pygame.Rect, look: PlateLook
-) -> None:
+def _beside_number(canvas: Canvas, place: TilePlace, number: pygame.Rect, look: PlateLook) -> None:
     """Write what shares the line with the number: YOU without a bar, or the robot's key."""
     plate, measures = place.plate, _measure(canvas, place)
     pad = measures.pad
@@ -161,9 +159,7 @@ def _beside_number(
             chrome.draw_cap(canvas, name, left, number.centery, cap)
 
 
-def _large_plate(
-    canvas: Canvas, place: TilePlace, look: PlateLook, under: int, above: int
-) -> None:
+def _large_plate(canvas: Canvas, place: TilePlace, look: PlateLook, under: int, above: int) -> None:
     """Add what a large tile has room for between two heights: a caption and a sentence."""
     plate, pad = place.plate, _measure(canvas, place).pad
     if look.has_dwell:
@@ -222,9 +218,7 @@ def draw_health(
     number = canvas.text_width("100", text, "semibold", tabular=True)
     shown = f"{max(0.0, tile.health):.0f}"
     right = place.right - pad
-    canvas.write(
-        shown, right, place.centery, text, weight="semibold", align="right", tabular=True
-    )
+    canvas.write(shown, right, place.centery, text, weight="semibold", align="right", tabular=True)
     height = max(canvas.u(9), round(text * 0.66))
     length = right - number - round(text * 0.4) - place.left - pad
     bar = pygame.Rect(place.left + pad, 0, max(8, length), height)

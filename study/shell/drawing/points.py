@@ -41,9 +41,7 @@ def draw(canvas: Canvas, screen: PageScreen, place: pygame.Rect) -> None:
         _draw_term(canvas, screen, term, column)
 
 
-def _draw_term(
-    canvas: Canvas, screen: PageScreen, term: RewardTerm, column: pygame.Rect
-) -> None:
+def _draw_term(canvas: Canvas, screen: PageScreen, term: RewardTerm, column: pygame.Rect) -> None:
     u, tall = canvas.u, chrome.is_tall(canvas)
     y = column.top + u(28 if tall else 24)
     value = canvas.write(value_text(term), column.left, y, u(40), weight="bold",

@@ -176,13 +176,14 @@ def _draw_value(
     places = [(end + up * u(16), palette.INK), (foot - up * u(18), palette.INK)]
     if width <= bar.width - 4 and bar.height >= u(38):
         places = [(foot + up * u(20), palette.CARD), (end - up * u(18), palette.CARD), *places]
-    for y, colour in places:
+
+    def box_at(y: float) -> pygame.Rect:
         box = pygame.Rect(0, 0, width + u(6), u(22))
-        box.center = (bar.centerx, y)
-        if not box.colliderect(taken):
-            break
-    else:
-        y, colour = places[0]
+        box.center = (bar.centerx, round(y))
+        return box
+
+    free = [place for place in places if not box_at(place[0]).colliderect(taken)]
+    y, colour = (free or places)[0]
     if colour == palette.INK:
-        canvas.surface.fill(palette.CARD, box)
+        canvas.surface.fill(palette.CARD, box_at(y))
     canvas.write(text, bar.centerx, y, size, weight="bold", colour=colour, align="centre")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from itertools import pairwise
 
 import pygame
 
@@ -65,9 +66,7 @@ def _card_place(canvas: Canvas, item: SurveyItem, card: pygame.Rect) -> CardPlac
     pitch = row.width / answers
     width = min(u(98), round(pitch * 0.74))
     boxes = tuple(
-        pygame.Rect(
-            round(row.left + (place + 0.5) * pitch - width / 2), row.top, width, row.height
-        )
+        pygame.Rect(round(row.left + (place + 0.5) * pitch - width / 2), row.top, width, row.height)
         for place in range(answers)
     )
     return CardPlace(
@@ -183,7 +182,7 @@ def _draw_labels(canvas: Canvas, item: SurveyItem, place: CardPlace) -> None:
     length = place.boxes[-1].centerx - place.boxes[0].centerx
     pitch = length / max(1, len(place.boxes) - 1)
     labelled = sorted(value for value, _ in item.labels)
-    steps = [b - a for a, b in zip(labelled[:-1], labelled[1:], strict=True)]
+    steps = [b - a for a, b in pairwise(labelled)]
     room = min([u(300), *(step * pitch - u(14) for step in steps)])
     for value, words in item.labels:
         if not item.low <= value <= item.high:

@@ -12,6 +12,7 @@ from study.shell.drawing import cues, frames, maps, marks, palette, plate
 from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.grid import TilePlace
 from study.shell.drawing.motion import Pose, along_trail
+from study.shell.drawing.palette import Colour
 from study.shell.drawing.plate import PlateLook
 from study.shell.drawing.robots import DRIVEN_SCALE, HALO, draw_robot
 
@@ -33,6 +34,7 @@ class TileView:
         pose: where its robot is drawn.
         since_switch: seconds since control came to this robot; -1 if long ago.
         dwell_left: share of the dwell left to be shown here; -1 for none.
+        ground: colour around the tile.
     """
 
     place: TilePlace
@@ -41,6 +43,7 @@ class TileView:
     pose: Pose
     since_switch: float = -1.0
     dwell_left: float = -1.0
+    ground: Colour = palette.PAGE
 
 
 def draw_tile(canvas: Canvas, scene: Scene, shown: TileView) -> None:
@@ -51,7 +54,7 @@ def draw_tile(canvas: Canvas, scene: Scene, shown: TileView) -> None:
         ("tile", tile.robot),
         (scene, place, round(tile.health), cue, look),
         frames.frame_rect(canvas, place),
-        lambda: _draw_still(canvas, scene, place, tile, look),
+        lambda: _draw_still(canvas, scene, shown),
     )
     # The plate belongs to the screen, not to the map: what reaches over it is cut off.
     still = canvas.surface.subsurface(place.plate.clip(canvas.surface.get_rect())).copy()
@@ -65,11 +68,10 @@ def draw_tile(canvas: Canvas, scene: Scene, shown: TileView) -> None:
         _landing_label(canvas, maps.MapView(scene, place.map), shown)
 
 
-def _draw_still(
-    canvas: Canvas, scene: Scene, place: TilePlace, tile: Tile, look: PlateLook
-) -> None:
+def _draw_still(canvas: Canvas, scene: Scene, shown: TileView) -> None:
     """Draw all that does not move."""
-    canvas.surface.fill(palette.PAGE, frames.frame_rect(canvas, place))
+    place, tile, look = shown.place, shown.tile, shown.look
+    canvas.surface.fill(shown.ground, frames.frame_rect(canvas, place))
     if look.driven:
         frames.driven_frame(canvas, place, tile.robot)
     elif look.suggested:
@@ -101,9 +103,7 @@ def _draw_body(canvas: Canvas, view: maps.MapView, shown: TileView) -> None:
         marks.dashed_ring(
             canvas, x, y, radius * 2.2, max(1.5, radius * 0.16), palette.INK, fill=palette.CARD
         )
-    draw_robot(
-        canvas, x, y, radius, pose.heading, driven=look.driven, label=str(tile.robot + 1)
-    )
+    draw_robot(canvas, x, y, radius, pose.heading, driven=look.driven, label=str(tile.robot + 1))
     if look.driven and 0 <= shown.since_switch < LANDING_SECONDS:
         share = shown.since_switch / LANDING_SECONDS
         _landing_rings(canvas, x, y, radius * DRIVEN_SCALE, share)
@@ -118,9 +118,7 @@ def _reached_goal(canvas: Canvas, view: maps.MapView) -> None:
             marks.tick(canvas, x, y, radius * 1.2, palette.CARD, radius * 0.2)
 
 
-def _landing_rings(
-    canvas: Canvas, x: float, y: float, radius: float, share: float
-) -> None:
+def _landing_rings(canvas: Canvas, x: float, y: float, radius: float, share: float) -> None:
     """Draw two rings that close on the robot."""
     for start, alpha in ((5.2, 0.35), (3.9, 0.6)):
         reach = radius * (start + (HALO + 0.15 - start) * share)

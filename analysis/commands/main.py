@@ -1,0 +1,34 @@
+"""The command `analysis`: reports and tables from recordings."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+from rich.console import Console
+
+from analysis.commands import report, tables
+from study.errors import StudyError
+
+app = typer.Typer(
+    name="analysis",
+    help="Reports and tables, from recordings alone.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+app.command("report")(report.report)
+app.command("tables")(tables.tables)
+
+
+def main() -> None:
+    """Run the command line; what a user can mend is one message and exit code 2."""
+    try:
+        app()
+    except StudyError as error:
+        console = Console(stderr=True)
+        console.print("[bold red]Error:[/] ", end="")
+        console.print(error.message, markup=False, highlight=False)
+        if error.hint:
+            console.print(error.hint, markup=False, highlight=False)
+        sys.exit(2)

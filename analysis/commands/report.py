@@ -1,0 +1,59 @@
+"""`analysis report`: recordings to one HTML file and its tables."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from analysis.commands.writing import make_folder, open_recordings, write_tables, write_text
+from analysis.data_label import data_label
+from analysis.tables.study_tables import StudyTables
+
+
+def report(
+    recordings: Annotated[list[Path], typer.Argument(help="Recordings, or folders of them.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the report.")],
+    *,
+    mixed: Annotated[
+        bool, typer.Option("--mixed", help="Pool recordings of different protocols.")
+    ] = False,
+) -> None:
+    """Write report.html and tables/*.csv; a report already there is made anew."""
+    console = Console(stderr=True)
+    path = write_report(recordings, output, console, mixed=mixed)
+    console.print(f"Report: {path}", markup=False, highlight=False, soft_wrap=True)
+
+
+def write_report(
+    recordings: list[Path], output: Path, console: Console | None = None, *, mixed: bool = False
+) -> Path:
+    """Build a report and its tables and return the report's path.
+
+    Args:
+        recordings: files and folders.
+        output: the folder that gets ``report.html`` and ``tables/``.
+        console: where progress goes; nowhere if None.
+        mixed: pool recordings of different protocols.
+
+    Raises:
+        StudyError: the recordings cannot be used, or the folder cannot be written.
+    """
+    # Statistics are slow to import; an error in the arguments should not wait for them.
+    from analysis.report import render_report  # noqa: PLC0415
+    from analysis.results import compute_results  # noqa: PLC0415
+
+    console = console or Console(quiet=True)
+    study = open_recordings(recordings, console, mixed=mixed)
+    tables = StudyTables(study)
+    make_folder(output)
+    with console.status("Writing tables"):
+        count = write_tables(tables, data_label(study), output / "tables")
+    console.print(f"Wrote {count} tables to {output / 'tables'}.", markup=False, highlight=False)
+    with console.status("Computing and drawing"):
+        page = render_report(compute_results(study, tables))
+    path = output / "report.html"
+    write_text(path, page)
+    return path

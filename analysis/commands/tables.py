@@ -1,0 +1,32 @@
+"""`analysis tables`: recordings to CSV files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from analysis.commands.writing import open_recordings, write_tables
+from analysis.data_label import data_label
+from analysis.tables.study_tables import StudyTables
+
+
+def tables(
+    recordings: Annotated[list[Path], typer.Argument(help="Recordings, or folders of them.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the tables.")],
+    *,
+    long: Annotated[
+        bool, typer.Option("--long", help="Also one row for each robot and timestep.")
+    ] = False,
+    mixed: Annotated[
+        bool, typer.Option("--mixed", help="Pool recordings of different protocols.")
+    ] = False,
+) -> None:
+    """Write every table as CSV; tables already there are made anew."""
+    console = Console(stderr=True)
+    study = open_recordings(recordings, console, mixed=mixed)
+    with console.status("Writing tables"):
+        count = write_tables(StudyTables(study), data_label(study), output, long=long)
+    console.print(f"Wrote {count} tables to {output}", markup=False, highlight=False)

@@ -1,0 +1,84 @@
+"""What the commands share: opening recordings and writing files."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+from rich.console import Console
+
+from analysis.data_label import DataLabel
+from analysis.recordings import StudyRecordings, load_recordings
+from analysis.tables.columns import DATA_COLUMN
+from analysis.tables.study_tables import StudyTables
+from study.errors import StudyError
+
+
+def open_recordings(paths: list[Path], console: Console, *, mixed: bool) -> StudyRecordings:
+    """Open the recordings and say how many there are, and which are set aside.
+
+    Raises:
+        StudyError: nothing can be used.
+    """
+    with console.status("Reading recordings"):
+        study = load_recordings(paths, mixed=mixed)
+    console.print(f"Read {len(study.sessions)} sessions.", highlight=False)
+    for item in study.set_aside:
+        console.print(f"Set aside {item.file}: {item.reason}", markup=False, highlight=False)
+    if len(study.protocol_hashes) > 1:
+        count = len(study.protocol_hashes)
+        console.print(f"[bold yellow]Pooled {count} different protocols, as asked.[/]")
+    return study
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder for outputs.
+
+    Raises:
+        StudyError: it cannot be made or is a file.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StudyError(
+            f"the folder {folder} cannot be made: {error.strerror}", "Choose another with -o."
+        ) from error
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file in one step, so that nobody ever sees half of it.
+
+    Raises:
+        StudyError: it cannot be written.
+    """
+    part = path.with_name(f".{path.name}.part")
+    try:
+        part.write_text(text, encoding="utf-8", newline="\n")
+        os.replace(part, path)  # noqa: PTH105 - Path.replace reads as a change of text
+    except OSError as error:
+        raise StudyError(f"{path} cannot be written: {error.strerror}") from error
+
+
+def write_tables(tables: StudyTables, label: DataLabel, folder: Path, *, long: bool = False) -> int:
+    """Write every table as CSV, and what their columns mean as ``columns.json``.
+
+    Returns:
+        The number of tables written.
+    """
+    make_folder(folder)
+    meaning: dict[str, object] = {}
+    count = 0
+    for table in tables.each(long=long):
+        write_text(folder / f"{table.name}.csv", table.to_csv(label.line))
+        meaning[table.name] = {
+            "row": table.text,
+            "columns": {
+                column.name: {"type": column.dtype, "unit": column.unit, "meaning": column.text}
+                for column in (*table.columns, DATA_COLUMN)
+            },
+        }
+        count += 1
+    content = {"data": label.line, "parameters": dict(label.parameters), "tables": meaning}
+    write_text(folder / "columns.json", json.dumps(content, indent=1, ensure_ascii=False) + "\n")
+    return count

@@ -1,0 +1,152 @@
+"""Each participant's means joined across conditions, with the differences beside them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import stats
+
+from analysis.figures.svg import Drawing, Scale, panel_title, vertical_axis
+from analysis.statistics.cells import Cells
+from analysis.statistics.result import Interval
+
+HEIGHT = 372.0
+TOP, BOTTOM = 32.0, 306.0
+WIDTH = 920.0
+SPLIT = 545.0
+MOST_NAMES = 4
+
+
+def paired_means(
+    name: str,
+    cells: Cells,
+    labels: Sequence[str],
+    hints: Sequence[str],
+    *,
+    measure: str,
+    unit: str,
+) -> Drawing:
+    """Draw panel a, means joined, and panel b, differences from the reference.
+
+    Args:
+        name: unique in the page.
+        cells: participant-by-condition means, the reference first.
+        labels: the conditions' labels.
+        hints: a few words under each label.
+        measure: title of panel a.
+        unit: unit and what is averaged.
+    """
+    title = f"{measure} of {cells.n} participants under {' and '.join(labels)}, joined; differences"
+    drawing = Drawing(name, WIDTH, HEIGHT, title)
+    panel_title(drawing, 0, "a", measure, unit)
+    _means(drawing, cells, labels, hints)
+    reference = labels[0].lower()
+    others = "others" if len(labels) > 2 else labels[-1].lower()
+    panel_title(drawing, SPLIT - 20, "b", f"Difference, {others} − {reference}", "points")
+    _differences(drawing, cells, labels)
+    return drawing
+
+
+def _means(drawing: Drawing, cells: Cells, labels: Sequence[str], hints: Sequence[str]) -> None:
+    left, right = 42.0, SPLIT - 75
+    intervals = [mean_interval(column) for column in cells.means.T]
+    reach = [bound for i in intervals for bound in (i.low, i.high)]
+    scale = Scale([*cells.means.ravel(), *reach], BOTTOM, TOP)
+    vertical_axis(drawing, scale, left, right)
+    k = len(labels)
+    inset = 80.0
+    xs = [left + inset + (right - left - 2 * inset) * place / (k - 1) for place in range(k)]
+    falls = [row[-1] < row[0] for row in cells.means]
+    for row, down in zip(cells.means, falls, strict=True):
+        points = [(x, scale(value)) for x, value in zip(xs, row, strict=True)]
+        drawing.polyline(points, "s-ink dashed" if down else "s-soft")
+    for place, x in enumerate(xs):
+        for value in cells.means[:, place]:
+            drawing.circle((x, scale(value)), 3.2, f"f-c{place} s-paper")
+    if sum(falls) <= MOST_NAMES:
+        ends = [
+            (scale(r[-1]), p)
+            for r, p, d in zip(cells.means, cells.participants, falls, strict=True)
+            if d
+        ]
+        for y, participant in spread_labels(ends, 13):
+            drawing.text((xs[-1] + 8, y + 4), participant, "f-ink", size=11.5)
+    for place, (x, interval) in enumerate(zip(xs, intervals, strict=True)):
+        mean = float(np.mean(cells.means[:, place]))
+        side = -22.0 if place == 0 else 52.0
+        drawing.line(
+            (x + side, scale(interval.low)), (x + side, scale(interval.high)), f"s-c{place} thick"
+        )
+        drawing.circle((x + side, scale(mean)), 5, f"f-c{place} s-paper")
+        anchor = "end" if place == 0 else "start"
+        shift = -9.0 if place == 0 else 9.0
+        value = f"{mean:.1f}".replace("-", "−")
+        drawing.text((x + side + shift, scale(mean) + 4), value, f"t-c{place} bold", anchor, 12.5)
+        drawing.text((x, BOTTOM + 24), labels[place], f"t-c{place} bold", "middle", 12.5)
+        drawing.text((x, BOTTOM + 41), hints[place], "f-quiet", "middle", 11.5)
+
+
+def _differences(drawing: Drawing, cells: Cells, labels: Sequence[str]) -> None:
+    left, right = SPLIT + 22, WIDTH
+    differences = cells.means[:, 1:] - cells.means[:, :1]
+    intervals = [mean_interval(column) for column in differences.T]
+    reach = [bound for i in intervals for bound in (i.low, i.high)]
+    scale = Scale([*differences.ravel(), *reach], BOTTOM, TOP, zero=True)
+    vertical_axis(drawing, scale, left, right, signed=True)
+    drawing.line((left, scale(0)), (right, scale(0)), "s-ink")
+    drawing.text((right, scale(0) - 5), "no difference", "f-quiet", "end", 11)
+    columns = differences.shape[1]
+    slot = (right - left - 30) / columns
+    for place, interval in enumerate(intervals):
+        middle = left + slot * (place + 0.3)
+        values = differences[:, place]
+        for value, shift in zip(values, swarm([scale(v) for v in values], 9.0), strict=True):
+            drawing.circle((middle + shift, scale(value)), 3.6, "f-soft s-paper")
+        x = left + slot * (place + 0.62)
+        mean = float(np.mean(values))
+        drawing.line((x, scale(interval.low)), (x, scale(interval.high)), "s-ink thick")
+        drawing.line((x - 7, scale(mean)), (x + 7, scale(mean)), "s-ink thick")
+        marks = [(scale(interval.high), interval.high, ""), (scale(mean), mean, "bold")]
+        marks.append((scale(interval.low), interval.low, ""))
+        for y, value, weight in marks:
+            text = scale.label(0) if round(value, 1) == 0 else f"{value:+.1f}".replace("-", "−")
+            drawing.text((x + 14, y + 4), text, f"f-ink {weight}", size=11.5)
+        who = f"{cells.n} participants" if columns == 1 else labels[place + 1]
+        drawing.text((middle, BOTTOM + 24), who, "f-ink bold", "middle", 12)
+        drawing.text((x + 8, BOTTOM + 24), "Mean, 95% CI", "f-ink bold", "middle", 12)
+
+
+def mean_interval(values: Sequence[float] | np.ndarray) -> Interval:
+    """Return the t interval of a mean; of no width for a single value."""
+    sample = np.asarray(values, dtype=np.float64)
+    mean = float(np.mean(sample))
+    if sample.size < 2:
+        return Interval(mean, mean)
+    error = float(np.std(sample, ddof=1)) / math.sqrt(sample.size)
+    reach = float(stats.t.ppf(0.975, sample.size - 1)) * error
+    return Interval(mean - reach, mean + reach)
+
+
+def swarm(ys: Sequence[float], gap: float) -> list[float]:
+    """Shift marks sideways until none overlap; returns the shifts, in the order given."""
+    shifts = [0.0] * len(ys)
+    placed: list[tuple[float, float]] = []
+    for place in sorted(range(len(ys)), key=lambda index: ys[index]):
+        for attempt in range(len(ys) + 1):
+            shift = gap * ((attempt + 1) // 2) * (-1 if attempt % 2 else 1)
+            if all(math.hypot(ys[place] - y, shift - x) >= gap - 1e-9 for y, x in placed):
+                break
+        shifts[place] = shift
+        placed.append((ys[place], shift))
+    return shifts
+
+
+def spread_labels(labels: Sequence[tuple[float, str]], gap: float) -> list[tuple[float, str]]:
+    """Move labels apart downwards until each has its line."""
+    moved: list[tuple[float, str]] = []
+    for y, text in sorted(labels):
+        lowest = moved[-1][0] + gap if moved else y
+        moved.append((max(y, lowest), text))
+    return moved

@@ -1,0 +1,114 @@
+"""Team reward over the trials of a session, one panel for each order of conditions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+
+from analysis.figures.paired_means import mean_interval
+from analysis.figures.svg import Drawing, Scale, vertical_axis
+
+WIDTH, PANEL_HEIGHT = 920.0, 286.0
+TOP, BOTTOM = 34.0, 218.0
+
+
+def trial_curves(
+    name: str,
+    trials: pd.DataFrame,
+    orders: Mapping[str, tuple[str, ...]],
+    levels: Sequence[str],
+    labels: Sequence[str],
+) -> Drawing:
+    """Draw each participant's trials (thin) and their mean with a 95 % band.
+
+    Args:
+        name: unique in the page.
+        trials: "participant", "condition", "trial" and "team_reward".
+        orders: each participant's conditions in the order run.
+        levels: conditions, the reference first: they fix the colours.
+        labels: the conditions' labels.
+    """
+    present = set(trials["participant"])
+    used = sorted({order for who, order in orders.items() if who in present})
+    names = list(zip(levels, labels, strict=True))
+    rows = (len(used) + 1) // 2
+    title = "Team reward by trial, a panel for each order of conditions"
+    drawing = Drawing(name, WIDTH, rows * PANEL_HEIGHT, title)
+    lasts = trials.groupby("condition", observed=True)["trial"].max()
+    longest = {str(level): int(last) for level, last in lasts.items()}
+    span = WIDTH if len(used) == 1 else WIDTH / 2 - 20
+    for place, order in enumerate(used):
+        people = sorted(who for who, o in orders.items() if o == order and who in present)
+        rows_here = trials[trials["participant"].isin(people)]
+        drawing.open_group(move=((place % 2) * (WIDTH / 2 + 20), (place // 2) * PANEL_HEIGHT))
+        first = labels[levels.index(order[0])] if order[0] in levels else order[0]
+        drawing.text((0, 14), "abcdefghijkl"[place % 12], "f-ink bold", size=13)
+        drawing.text((18, 14), f"{first} first", "f-ink bold", size=12)
+        count = f"n = {len(people)}; team reward, points"
+        drawing.text((30 + 7.0 * (len(first) + 6), 14), count, "f-quiet", size=11.5)
+        scale = Scale(list(trials["team_reward"]), BOTTOM, TOP, ticks=5)
+        vertical_axis(drawing, scale, 34, span)
+        _panel(drawing, rows_here, order, names=names, longest=longest, scale=scale, span=span)
+        drawing.close_group()
+    return drawing
+
+
+def _panel(
+    drawing: Drawing,
+    trials: pd.DataFrame,
+    order: Sequence[str],
+    *,
+    names: Sequence[tuple[str, str]],
+    longest: Mapping[str, int],
+    scale: Scale,
+    span: float,
+) -> None:
+    levels = [name for name, _ in names]
+    total = sum(longest.get(level, 1) for level in order)
+    step = (span - 34 - 36) / max(total - 1, 1)
+    done = 0
+    for condition in order:
+        if condition not in levels:
+            continue
+        place = levels.index(condition)
+        label = names[place][1]
+        chosen = trials[trials["condition"] == condition]
+        count = longest.get(condition, 1)
+        x0 = 34 + 18 + done * step
+
+        def x(trial: float, start: float = x0) -> float:
+            return start + (trial - 1) * step
+
+        for _, own in chosen.groupby("participant", observed=True):
+            pairs = sorted(zip(own["trial"], own["team_reward"], strict=True))
+            drawing.polyline([(x(t), scale(r)) for t, r in pairs], f"s-c{place} faint")
+        means: list[tuple[float, float]] = []
+        band: list[tuple[float, float, float]] = []
+        for trial in range(1, count + 1):
+            rewards = np.sort(chosen.loc[chosen["trial"] == trial, "team_reward"].to_numpy())
+            if rewards.size:
+                interval = mean_interval(rewards)
+                means.append((x(trial), scale(float(rewards.mean()))))
+                band.append((x(trial), scale(interval.low), scale(interval.high)))
+        upper = [(px, high) for px, _, high in band]
+        lower = [(px, low) for px, low, _ in reversed(band)]
+        drawing.polygon([*upper, *lower], f"f-c{place} band")
+        drawing.polyline(means, f"s-c{place} medium")
+        for point in means:
+            drawing.circle(point, 3, f"f-c{place} s-paper")
+        for trial in sorted({1, (count + 1) // 2, count}):
+            drawing.text((x(trial), BOTTOM + 18), str(done + trial), "f-quiet", "middle", 11.5)
+        middle = (x(1) + x(count)) / 2
+        drawing.text((middle, BOTTOM + 37), label, f"t-c{place} bold", "middle", 12.5)
+        if len(chosen):
+            # Every participant counts once, however many trials there are.
+            own_means = chosen.groupby("participant", observed=True)["team_reward"].mean()
+            mean = float(np.mean(np.sort(own_means.to_numpy())))
+            text = f"mean {mean:.1f}".replace("-", "−")
+            drawing.text((middle, BOTTOM + 53), text, "f-quiet", "middle", 11.5)
+        done += count
+        if done < total:
+            edge = x(count) + step / 2
+            drawing.line((edge, TOP - 8), (edge, BOTTOM), "s-quiet dotted")

@@ -1,0 +1,92 @@
+"""Which rows enter the tests: phase three's complete trials, after the declared exclusions."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+
+import pandas as pd
+
+from analysis.protocol_facts import ExclusionRule, ProtocolFacts
+from analysis.recordings import StudyRecordings
+from analysis.statistics.result import Excluded
+from analysis.tables.study_tables import StudyTables
+from study.events.codes import Phase
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class AnalysedData:
+    """The rows that tests rest on.
+
+    Attributes:
+        trials: scored, complete trials of phase three of those kept.
+        broken_trials: scored trials of phase three that did not run to their end.
+        phase_four: complete trials of phase four of those kept.
+        responses: answers of those kept.
+        excluded: participants left out by a rule of the protocol.
+        unknown_rules: names of rules whose measure this version does not know.
+        orders: each participant's conditions in the order run.
+    """
+
+    trials: pd.DataFrame
+    broken_trials: pd.DataFrame
+    phase_four: pd.DataFrame
+    responses: pd.DataFrame
+    excluded: tuple[Excluded, ...]
+    unknown_rules: tuple[str, ...]
+    orders: Mapping[str, tuple[str, ...]]
+
+
+def analysed_data(
+    study: StudyRecordings, tables: StudyTables, facts: ProtocolFacts
+) -> AnalysedData:
+    """Select the rows that enter the tests."""
+    trials = tables.frame("trials")
+    three = trials[(trials["phase"] == Phase.THREE) & trials["scored"]]
+    people = [session.opened.participant for session in study.sessions]
+    excluded: dict[str, Excluded] = {}
+    unknown: list[str] = []
+    for rule in facts.exclusions:
+        counts = _counts(rule, tables, three)
+        if counts is None:
+            unknown.append(rule.name)
+            continue
+        for participant in people:
+            count = counts.get(participant, 0)
+            if count < rule.at_least and participant not in excluded:
+                reason = (
+                    f"rule {rule.name}: {count} {rule.measure.replace('_', ' ')}, "
+                    f"at least {rule.at_least:g} required"
+                )
+                excluded[participant] = Excluded(participant, reason)
+    kept = set(people) - set(excluded)
+    three = three[three["participant"].isin(kept)]
+    four = trials[(trials["phase"] == Phase.FOUR) & trials["complete"]]
+    responses = tables.frame("responses")
+    return AnalysedData(
+        trials=three[three["complete"]],
+        broken_trials=three[~three["complete"]],
+        phase_four=four[four["participant"].isin(kept)],
+        responses=responses[responses["participant"].isin(kept)],
+        excluded=tuple(excluded[name] for name in sorted(excluded)),
+        unknown_rules=tuple(unknown),
+        orders={s.opened.participant: s.opened.order for s in study.sessions},
+    )
+
+
+def _counts(rule: ExclusionRule, tables: StudyTables, three: pd.DataFrame) -> dict[str, int] | None:
+    """Count what a rule counts, by participant; None if its measure is unknown."""
+    if rule.measure == "complete_trials":
+        rows = three[three["complete"]]
+    elif rule.measure == "choices":
+        # Those that a scorer is fitted on: the operator's own, in phase two.
+        choices = tables.frame("choices")
+        own = (choices["source"] == "operator") & (choices["flag"] == "usable")
+        rows = choices[own & (choices["phase"] == Phase.TWO)]
+    elif rule.measure == "demonstrations":
+        steps = tables.frame("timesteps")
+        rows = steps[(steps["action_source"] == "operator") & (steps["phase"] > Phase.PRACTICE)]
+    else:
+        return None
+    counted = rows["participant"].astype("str").value_counts()
+    return {str(name): int(count) for name, count in counted.items()}

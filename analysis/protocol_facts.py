@@ -1,0 +1,165 @@
+"""What the analysis takes from a recorded protocol.
+
+Protocols are read as they were recorded, whatever version wrote them: a key that is missing
+or of another kind is passed over, never an error.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from analysis.recordings import Session, StudyRecordings
+from study.events.codes import Phase
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Condition:
+    """A condition as figures and tables call it."""
+
+    name: str
+    label: str
+    allocation: str
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Item:
+    """One item of a questionnaire."""
+
+    name: str
+    text: str
+    low: int
+    high: int
+    labels: Mapping[str, str]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class ExclusionRule:
+    """A declared rule: participants below a threshold are left out."""
+
+    name: str
+    measure: str
+    at_least: float
+    reason: str
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class ProtocolFacts:
+    """What the report says of the protocol.
+
+    Attributes:
+        title: the study's title.
+        conditions: those of phase three, the reference first.
+        items: items of the questionnaires, by id.
+        assumptions: key path to reason, in the protocol's order.
+        exclusions: rules by which participants are left out.
+        planned_participants: how many were planned; None if not stated.
+        planned_trials: trials planned in each condition; None if not stated.
+    """
+
+    title: str
+    conditions: tuple[Condition, ...]
+    items: Mapping[str, Item]
+    assumptions: tuple[tuple[str, str], ...]
+    exclusions: tuple[ExclusionRule, ...]
+    planned_participants: int | None
+    planned_trials: int | None
+
+    @property
+    def levels(self) -> tuple[str, ...]:
+        """Names of the conditions, the reference first."""
+        return tuple(condition.name for condition in self.conditions)
+
+    def label(self, name: str) -> str:
+        """Return a condition's label; its name where the protocol gives none."""
+        return next((c.label for c in self.conditions if c.name == name), name)
+
+
+def protocol_facts(study: StudyRecordings) -> ProtocolFacts:
+    """Gather the facts from the first session's protocol and the conditions in the data."""
+    session = study.first
+    protocol = session.protocol
+    about = _table(protocol.get("study"))
+    return ProtocolFacts(
+        title=str(about.get("title") or about.get("name") or "A study without a title"),
+        conditions=_conditions(study),
+        items=_items(session),
+        assumptions=tuple(_flat(_table(protocol.get("assumptions")))),
+        exclusions=tuple(_exclusions(protocol)),
+        planned_participants=_whole_or_none(about.get("planned_participants")),
+        planned_trials=_whole_or_none(_table(protocol.get("phase_three")).get("trials")),
+    )
+
+
+def _conditions(study: StudyRecordings) -> tuple[Condition, ...]:
+    found: dict[str, str] = {}
+    for session in study.sessions:
+        for trial in session.trials.values():
+            if trial.phase == Phase.THREE and trial.condition:
+                found.setdefault(trial.condition, trial.allocation)
+    declared = study.first.protocol.get("conditions")
+    entries = [_table(item) for item in declared] if isinstance(declared, list) else []
+    labels = {str(e["name"]): str(e.get("label") or e["name"]) for e in entries if "name" in e}
+    names = [name for name in labels if name in found]
+    names += sorted(set(found) - set(names))
+    conditions = [Condition(n, _capital(labels.get(n, n)), found[n]) for n in names]
+    # The participant's own choice is what assistance is compared with.
+    conditions.sort(key=lambda condition: condition.allocation != "manual")
+    return tuple(conditions)
+
+
+def _items(session: Session) -> dict[str, Item]:
+    try:
+        asked = json.loads(session.opened.questionnaires_json or "{}")
+    except json.JSONDecodeError:
+        return {}
+    items: dict[str, Item] = {}
+    for _, value in sorted(_table(asked).items()):
+        questionnaire = _table(value)
+        labels = {str(k): str(v) for k, v in _table(questionnaire.get("labels")).items()}
+        low = _whole_or_none(questionnaire.get("low"))
+        high = _whole_or_none(questionnaire.get("high"))
+        entries = questionnaire.get("items")
+        for entry in entries if isinstance(entries, list) else []:
+            name, text = _table(entry).get("id"), _table(entry).get("text")
+            if name and text:
+                made = Item(str(name), str(text), low or 1, high or 7, labels)
+                items.setdefault(made.name, made)
+    return items
+
+
+def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
+    for key, value in table.items():
+        path = f"{prefix}{key}"
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{path}.")
+        else:
+            yield path, str(value)
+
+
+def _exclusions(protocol: Mapping[str, Any]) -> Iterator[ExclusionRule]:
+    declared = protocol.get("exclusions")
+    for entry in declared if isinstance(declared, list) else []:
+        rule = _table(entry)
+        threshold = rule.get("at_least")
+        if rule.get("measure") and isinstance(threshold, int | float):
+            yield ExclusionRule(
+                name=str(rule.get("name", rule["measure"])),
+                measure=str(rule["measure"]),
+                at_least=float(threshold),
+                reason=str(rule.get("reason", "")),
+            )
+
+
+def _table(value: object) -> Mapping[str, Any]:
+    return value if isinstance(value, Mapping) else {}
+
+
+def _whole_or_none(value: object) -> int | None:
+    return value if isinstance(value, int) and not isinstance(value, bool) else None
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]

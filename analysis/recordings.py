@@ -1,0 +1,263 @@
+"""The recordings of one study: found, opened, checked against one another."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from study.errors import RecordingError, StudyError
+from study.events.events import SessionEnded, TrialEnded, TrialStarted
+from study.events.fields import Record
+from study.events.inputs import SessionOpened
+from study.events.task_description import TaskDescription
+from study.recording.reader import read_recording
+
+SUFFIX = ".mcap"
+
+
+class RecordingSource(Protocol):
+    """What the analysis needs of one recording; `study.recording.reader` provides it."""
+
+    @property
+    def complete(self) -> bool:
+        """Whether the file was finished properly."""
+
+    @property
+    def problems(self) -> Sequence[str]:
+        """What is wrong with the file, in words."""
+
+    @property
+    def sha256(self) -> str:
+        """SHA-256 of the file, hexadecimal."""
+
+    def records(self, *topics: str) -> Iterator[tuple[int, Record]]:
+        """Yield (sequence, record) of these topics, in the order written."""
+
+    def columns(self, topic: str) -> list[dict[str, npt.NDArray[Any]]]:
+        """Return a topic's fields as arrays, in blocks with a constant number of robots."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Session:
+    """One recording with what every table needs of it.
+
+    Attributes:
+        file: the file's name, without its folder.
+        recording: its records.
+        opened: the first input.
+        ended: the last event, or None if the session has none.
+        protocol: the protocol as recorded, parsed.
+        task: what the task said of itself.
+        trials: how each fleet run began, by trial id.
+        trial_ends: how each finished fleet run ended, by trial id.
+    """
+
+    file: str
+    recording: RecordingSource
+    opened: SessionOpened
+    ended: SessionEnded | None
+    protocol: Mapping[str, Any]
+    task: TaskDescription
+    trials: Mapping[int, TrialStarted]
+    trial_ends: Mapping[int, TrialEnded]
+
+    @property
+    def complete(self) -> bool:
+        """Whether every stage was passed and the file is whole."""
+        return self.recording.complete and self.ended is not None and self.ended.complete
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class SetAside:
+    """A recording that was given but is not analysed."""
+
+    file: str
+    participant: str
+    reason: str
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class StudyRecordings:
+    """The sessions of a study, sorted by participant: one a participant.
+
+    Attributes:
+        sessions: those analysed; at least one.
+        set_aside: those that are not, with the reason.
+    """
+
+    sessions: tuple[Session, ...]
+    set_aside: tuple[SetAside, ...]
+
+    @property
+    def first(self) -> Session:
+        """The session whose protocol and task stand for all."""
+        return self.sessions[0]
+
+    @property
+    def protocol_hashes(self) -> tuple[str, ...]:
+        """Distinct SHA-256 of the protocols, sorted."""
+        return tuple(sorted({session.opened.protocol_sha256 for session in self.sessions}))
+
+
+def find_files(paths: Sequence[Path]) -> list[Path]:
+    """Return the recordings among files and folders, sorted, each once.
+
+    Raises:
+        StudyError: a path does not exist, or there is no recording at all.
+    """
+    found: dict[Path, Path] = {}
+    for path in paths:
+        if path.is_dir():
+            members = sorted(path.rglob(f"*{SUFFIX}"))
+        elif path.is_file():
+            members = [path]
+        else:
+            raise StudyError(f"{path}: no such file or folder", "Give recordings or their folder.")
+        found.update({member.resolve(): member for member in members})
+    if not found:
+        given = ", ".join(str(path) for path in paths)
+        raise StudyError(
+            f"no recording (*{SUFFIX}) in {given}",
+            "Make some with `study simulate` or `study run`, or give another folder.",
+        )
+    return [found[key] for key in sorted(found)]
+
+
+def load_recordings(paths: Sequence[Path], *, mixed: bool = False) -> StudyRecordings:
+    """Open recordings and choose one session for each participant.
+
+    Files that cannot be used are set aside with the reason, not passed over in silence.
+
+    Args:
+        paths: files and folders.
+        mixed: pool recordings of different protocols.
+
+    Raises:
+        StudyError: nothing can be used, or protocols differ and ``mixed`` is false.
+    """
+    sessions: list[Session] = []
+    set_aside: list[SetAside] = []
+    for path in find_files(paths):
+        try:
+            sessions.append(open_session(path.name, read_recording(path)))
+        except RecordingError as error:
+            # Outputs must not depend on where the files lie.
+            reason = error.message.replace(str(path.resolve()), path.name)
+            set_aside.append(SetAside(path.name, "", reason.replace(str(path), path.name)))
+    return choose_sessions(sessions, set_aside, mixed=mixed)
+
+
+def open_session(file: str, recording: RecordingSource) -> Session:
+    """Read what every table needs of a recording.
+
+    Raises:
+        RecordingError: it does not begin with an opened session, or that is unreadable.
+    """
+    opened = next(
+        (r for _, r in recording.records(SessionOpened.topic) if isinstance(r, SessionOpened)), None
+    )
+    if opened is None:
+        raise RecordingError(f"{file}: holds no opened session", "Leave this file out.")
+    try:
+        protocol = tomllib.loads(opened.protocol_toml)
+    except tomllib.TOMLDecodeError as error:
+        raise RecordingError(f"{file}: its protocol is unreadable: {error}") from error
+    started: dict[int, TrialStarted] = {}
+    ends: dict[int, TrialEnded] = {}
+    ended: SessionEnded | None = None
+    topics = (TrialStarted.topic, TrialEnded.topic, SessionEnded.topic)
+    for _, record in recording.records(*topics):
+        if isinstance(record, TrialStarted):
+            started[record.trial_id] = record
+        elif isinstance(record, TrialEnded):
+            ends[record.trial_id] = record
+        elif isinstance(record, SessionEnded):
+            ended = record
+    return Session(
+        file=file,
+        recording=recording,
+        opened=opened,
+        ended=ended,
+        protocol=protocol,
+        task=TaskDescription.from_json(opened.task_json),
+        trials=started,
+        trial_ends=ends,
+    )
+
+
+def choose_sessions(
+    sessions: Sequence[Session], set_aside: Sequence[SetAside] = (), *, mixed: bool = False
+) -> StudyRecordings:
+    """Keep one session a participant: the first complete one, or else the longest.
+
+    Raises:
+        StudyError: there is no session, or protocols differ and ``mixed`` is false.
+    """
+    aside = list(set_aside)
+    by_participant: dict[str, list[Session]] = {}
+    for session in sessions:
+        by_participant.setdefault(session.opened.participant, []).append(session)
+    chosen: list[Session] = []
+    for participant, candidates in sorted(by_participant.items()):
+        ranked = sorted(candidates, key=_preference)
+        chosen.append(ranked[0])
+        aside += [
+            SetAside(
+                other.file,
+                participant,
+                f"another session of {participant}; {ranked[0].file} is analysed",
+            )
+            for other in ranked[1:]
+        ]
+    if not chosen:
+        reasons = "\n  ".join(f"{item.file}: {item.reason}" for item in aside)
+        raise StudyError(f"none of the recordings can be used:\n  {reasons}")
+    aside.sort(key=lambda item: (item.file, item.reason))
+    study = StudyRecordings(tuple(chosen), tuple(aside))
+    if len(study.protocol_hashes) > 1 and not mixed:
+        raise StudyError(
+            f"these recordings follow {len(study.protocol_hashes)} different protocols:\n"
+            + _protocol_lines(study),
+            "Give the recordings of one protocol, or pool them on purpose with --mixed.",
+        )
+    return study
+
+
+def operator_parameters(session: Session) -> dict[str, Any]:
+    """Return the simulated operator's recorded parameters; empty for a person."""
+    try:
+        parsed = json.loads(session.opened.operator_json or "{}")
+    except json.JSONDecodeError:
+        return {"unreadable": session.opened.operator_json}
+    return parsed if isinstance(parsed, dict) else {"value": parsed}
+
+
+def timestep_blocks(session: Session) -> list[dict[str, npt.NDArray[Any]]]:
+    """Return the timesteps of a session as arrays, in blocks with a constant number of robots.
+
+    Fields have shapes (rows,), (rows, n) and (rows, n, d).
+    """
+    blocks = session.recording.columns("event/timestep")
+    return [block for block in blocks if np.asarray(block["t_ns"]).size]
+
+
+def _preference(session: Session) -> tuple[bool, int, str, str]:
+    opened = session.opened
+    length = 0 if session.complete else -len(session.trial_ends)
+    return (not session.complete, length, opened.started_utc, session.file)
+
+
+def _protocol_lines(study: StudyRecordings) -> str:
+    lines = []
+    for digest in study.protocol_hashes:
+        files = [s.file for s in study.sessions if s.opened.protocol_sha256 == digest]
+        shown = ", ".join(files[:3]) + (f" and {len(files) - 3} more" if len(files) > 3 else "")
+        lines.append(f"  {digest[:12]}: {shown}")
+    return "\n".join(lines)

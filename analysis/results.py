@@ -1,0 +1,124 @@
+"""Everything that the report states, computed once from the recordings."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from analysis.data_label import DataLabel, data_label
+from analysis.measures import AnalysedData, analysed_data
+from analysis.protocol_facts import ProtocolFacts, protocol_facts
+from analysis.recordings import StudyRecordings
+from analysis.statistics.cells import Cells, cell_means
+from analysis.statistics.likert import LikertRow, likert_rows
+from analysis.statistics.order_effects import OrderRow, describe_orders
+from analysis.statistics.phase_four import PhaseFour, phase_four
+from analysis.statistics.pooled_trials import condition_and_trial, condition_trial_order
+from analysis.statistics.result import EffectResult, Outcome
+from analysis.statistics.rm_anova import rm_anova
+from analysis.statistics.wilcoxon import signed_rank
+from analysis.tables.study_tables import StudyTables
+from study.events.codes import Phase
+
+OCCASIONS = ("before_reveal", "after_reveal")
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class StudyResults:
+    """The study's results.
+
+    Attributes:
+        study: the recordings.
+        tables: their tables.
+        facts: what the protocol says.
+        label: who produced the data.
+        data: the rows that tests rest on.
+        cells: team reward by participant and condition.
+        primary: the primary test.
+        sensitivity: other tests of the same question.
+        comparison: the paper's form.
+        orders: description by order.
+        ratings: a row for each item and occasion.
+        phase_four: policies on their own.
+    """
+
+    study: StudyRecordings
+    tables: StudyTables
+    facts: ProtocolFacts
+    label: DataLabel
+    data: AnalysedData
+    cells: Cells
+    primary: Outcome
+    sensitivity: tuple[Outcome, ...]
+    comparison: tuple[Outcome, ...]
+    orders: tuple[OrderRow, ...]
+    ratings: tuple[LikertRow, ...]
+    phase_four: PhaseFour
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of the conditions, the reference first."""
+        return tuple(condition.label for condition in self.facts.conditions)
+
+
+def compute_results(study: StudyRecordings, tables: StudyTables) -> StudyResults:
+    """Run every analysis; what cannot be computed is a refusal, never an error."""
+    facts = protocol_facts(study)
+    data = analysed_data(study, tables, facts)
+    levels = facts.levels
+    cells = cell_means(data.trials, "team_reward", levels, what="complete trials")
+    cells = dataclasses.replace(cells, excluded=(*data.excluded, *cells.excluded))
+    primary = rm_anova(cells)
+    used = data.trials[data.trials["participant"].isin(cells.participants)]
+    trials = tables.frame("trials")
+    before = trials[trials["phase"] == Phase.THREE]
+    baseline = {
+        str(who): str(policy)
+        for who, policy in zip(before["participant"], before["policy_id"], strict=True)
+    }
+    return StudyResults(
+        study=study,
+        tables=tables,
+        facts=facts,
+        label=data_label(study),
+        data=data,
+        cells=cells,
+        primary=primary,
+        sensitivity=tuple(_sensitivity(study, cells, primary)),
+        comparison=(condition_trial_order(used, levels), condition_and_trial(used, levels)),
+        orders=tuple(describe_orders(used, dict(data.orders))),
+        ratings=tuple(_ratings(data, facts)),
+        phase_four=phase_four(data.phase_four, tables.frame("fits"), levels, baseline),
+    )
+
+
+def _sensitivity(study: StudyRecordings, cells: Cells, primary: Outcome) -> list[Outcome]:
+    """Return the exact rank test, and the primary test without incomplete sessions."""
+    outcomes: list[Outcome] = []
+    if not isinstance(primary, EffectResult):
+        return outcomes
+    if len(cells.levels) == 2:
+        differences = cells.means[:, 1] - cells.means[:, 0]
+        outcomes.append(signed_rank(differences, cells.participants))
+    whole = {session.opened.participant for session in study.sessions if session.complete}
+    kept = [place for place, who in enumerate(cells.participants) if who in whole]
+    if len(kept) < cells.n:
+        fewer = dataclasses.replace(
+            cells,
+            participants=tuple(cells.participants[place] for place in kept),
+            means=cells.means[kept],
+            counts=cells.counts[kept],
+        )
+        outcomes.append(rm_anova(fewer, "Participant means, complete sessions only", "sensitivity"))
+    return outcomes
+
+
+def _ratings(data: AnalysedData, facts: ProtocolFacts) -> list[LikertRow]:
+    answers = data.responses
+    pairs = set(zip(answers["item"], answers["occasion"], strict=True))
+    asked = {(str(item), str(occasion)) for item, occasion in pairs}
+    items = [item for item in facts.items if any(key[0] == item for key in asked)]
+    items += sorted({key[0] for key in asked} - set(items))
+    occasions = [name for name in OCCASIONS if any(key[1] == name for key in asked)]
+    occasions += sorted({key[1] for key in asked} - set(occasions))
+    keys = [(item, when) for when in occasions for item in items if (item, when) in asked]
+    return likert_rows(answers, keys, facts.levels) if keys else []

@@ -1,0 +1,111 @@
+"""Methods text, versions and downloads."""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import importlib.metadata
+import json
+import platform
+
+from analysis.formatting import counted, listed
+from analysis.results import StudyResults
+from analysis.statistics.result import EffectResult
+
+PACKAGES = ("scaled-autonomy", "numpy", "pandas", "scipy", "statsmodels", "pingouin")
+EMBED_ROWS = 600
+"""Most rows of a table that the page itself carries."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Download:
+    """One table to download."""
+
+    name: str
+    rows: int
+    href: str
+    embedded: bool
+
+
+def downloads(results: StudyResults) -> list[Download]:
+    """Return every table as a link: small ones inside the page, others beside it."""
+    made: list[Download] = []
+    tables = results.tables
+    for name in tables.names():
+        rows = tables.rows(name)
+        if rows > EMBED_ROWS:
+            made.append(Download(name, rows, f"tables/{name}.csv", embedded=False))
+            continue
+        csv = tables[name].to_csv(results.label.line)
+        coded = base64.b64encode(csv.encode()).decode()
+        href = f"data:text/csv;charset=utf-8;base64,{coded}"
+        made.append(Download(name, rows, href, embedded=True))
+    return made
+
+
+def analysis_versions() -> list[tuple[str, str]]:
+    """Return the versions of what computed this report."""
+    found = [("Python", platform.python_version())]
+    for package in PACKAGES:
+        try:
+            found.append((package, importlib.metadata.version(package)))
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    return found
+
+
+def recording_versions(results: StudyResults) -> list[tuple[str, str]]:
+    """Return the versions that made the recordings; several where they differ."""
+    found: dict[str, set[str]] = {}
+    for session in results.study.sessions:
+        try:
+            versions = json.loads(session.opened.versions_json or "{}")
+        except json.JSONDecodeError:
+            continue
+        for name, version in versions.items() if isinstance(versions, dict) else ():
+            found.setdefault(str(name), set()).add(str(version))
+    return [(name, ", ".join(sorted(versions))) for name, versions in sorted(found.items())]
+
+
+def methods(results: StudyResults) -> list[str]:
+    """Describe the analysis in sentences to copy."""
+    facts, cells, data = results.facts, results.cells, results.data
+    kind = "simulated participants" if results.label.simulated else "participants"
+    text = [
+        f"The data are {counted(len(results.study.sessions), 'session')} of {kind}; "
+        f"{counted(cells.n, 'participant')} entered the test of team reward.",
+        "Team reward is the sum of all robots’ rewards in one trial. It was averaged over the "
+        f"complete trials of each participant under {listed(results.labels)}.",
+    ]
+    if isinstance(results.primary, EffectResult) and results.primary.estimate is not None:
+        text.append(
+            "The primary test is a repeated-measures ANOVA on these means, identical to a paired "
+            "t test (F = t²). Intervals of differences are t intervals at 95%; that of d_z "
+            "inverts the noncentral t distribution."
+        )
+    elif isinstance(results.primary, EffectResult):
+        text.append(
+            "The primary test is a repeated-measures ANOVA on these means with Greenhouse and "
+            "Geisser’s correction."
+        )
+    text.append(
+        "Trial rows pooled over participants are shown for comparison only: they treat trials of "
+        "one participant as independent and reject a true null too often."
+    )
+    if results.ratings:
+        text.append(
+            "Ratings were compared by F as in the paper and by exact Wilcoxon signed-rank tests "
+            "(differences of zero dropped), Holm-adjusted over "
+            f"{counted(len(results.ratings), 'row')}."
+        )
+    if facts.exclusions:
+        rules = [
+            f"{rule.name} (at least {rule.at_least:g} {rule.measure.replace('_', ' ')})"
+            for rule in facts.exclusions
+        ]
+        left = counted(len(data.excluded), "participant") if data.excluded else "nobody"
+        text.append(
+            f"The protocol’s exclusion {'rule' if len(rules) == 1 else 'rules'} {listed(rules)} "
+            f"left out {left}."
+        )
+    return text

@@ -1,0 +1,112 @@
+"""Data quality and timing: everything that could change a result."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+
+from analysis.formatting import number
+from analysis.results import StudyResults
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Flag:
+    """Something a reader must know of one session."""
+
+    kind: str
+    session: str
+    text: str
+    treatment: str
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class TimingRow:
+    """How punctual one session was; numbers as written, in milliseconds."""
+
+    participant: str
+    timesteps: int
+    skipped: int
+    interval: str
+    late_p99: str
+    late_max: str
+    frames: int
+    frame_median: str
+    frame_p99: str
+
+
+def flags(results: StudyResults) -> list[Flag]:
+    """List exclusions, incomplete sessions, file problems, broken trials and deviations."""
+    study, data = results.study, results.data
+    found = [
+        Flag("Left out", item.participant, item.reason, "Not in the tests of team reward")
+        for item in results.cells.excluded
+    ]
+    left_out = {item.participant for item in results.cells.excluded}
+    for session in study.sessions:
+        who = session.opened.participant
+        if not session.complete:
+            reason = session.ended.reason if session.ended else "its end is not recorded"
+            kept = "Left out" if who in left_out else "Kept; tested without as well"
+            found.append(Flag("Incomplete session", who, f"Ended early: {reason}", kept))
+        found += [
+            Flag("File", who, problem, "Read as far as it is whole")
+            for problem in session.recording.problems
+        ]
+    broken = data.broken_trials
+    for who, condition, trial in zip(
+        broken["participant"], broken["condition"], broken["trial"], strict=True
+    ):
+        label = results.facts.label(str(condition))
+        text = f"Trial {trial} under {label} did not run to its end"
+        found.append(Flag("Broken trial", str(who), text, "Not in the tests"))
+    deviations = results.tables.frame("deviations")
+    for who, code, text in zip(
+        deviations["participant"], deviations["code"], deviations["text"], strict=True
+    ):
+        found.append(Flag("Deviation", str(who), f"{text} ({code})", "Kept"))
+    found += [
+        Flag("Set aside", item.participant or item.file, item.reason, "Not read further")
+        for item in study.set_aside
+    ]
+    if len(study.protocol_hashes) > 1:
+        text = f"{len(study.protocol_hashes)} different protocols were pooled on purpose"
+        found.append(Flag("Protocol", "all", text, "Pooled; compare with care"))
+    found += [
+        Flag("Protocol", "all", f"The measure of rule {name} is not known", "Rule not applied")
+        for name in data.unknown_rules
+    ]
+    return found
+
+
+def timing_rows(results: StudyResults) -> list[TimingRow]:
+    """Summarise timing by session, operated fleet runs only."""
+    timing = results.tables.frame("timing")
+    timing = timing[timing["phase"] < 4]
+    rows: list[TimingRow] = []
+    for session in results.study.sessions:
+        own = timing[timing["participant"] == session.opened.participant]
+        columns = {name: own[name].to_numpy() for name in own.columns}
+        rows.append(
+            TimingRow(
+                participant=session.opened.participant,
+                timesteps=int(columns["timesteps"].sum()),
+                skipped=int(columns["skipped"].sum()),
+                interval=_milliseconds(columns["interval_median"], "median"),
+                late_p99=_milliseconds(columns["late_p99"], "max"),
+                late_max=_milliseconds(columns["late_max"], "max"),
+                frames=int(columns["frames"].sum()),
+                frame_median=_milliseconds(columns["frame_median"], "median"),
+                frame_p99=_milliseconds(columns["frame_p99"], "max"),
+            )
+        )
+    return rows
+
+
+def _milliseconds(seconds: np.ndarray, how: str) -> str:
+    known = seconds[np.isfinite(seconds)]
+    if known.size == 0:
+        return "–"
+    value = float(np.median(known) if how == "median" else known.max())
+    return number(value * 1000, 1) if math.isfinite(value) else "–"

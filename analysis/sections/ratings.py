@@ -1,0 +1,75 @@
+"""Ratings: bars, the table as the paper lays it out, the tests recommended."""
+
+from __future__ import annotations
+
+from analysis.figures.ratings import item_label, rating_bars
+from analysis.figures.svg import Drawing
+from analysis.formatting import interval, listed, number
+from analysis.results import StudyResults
+from analysis.statistics.likert import LikertRow
+from analysis.statistics.result import EffectResult, Refusal
+
+
+def label(row: LikertRow) -> str:
+    """Return a row's name: Q1, or Q1* after the reveal."""
+    return item_label(row.item, row.occasion)
+
+
+def figure(results: StudyResults) -> Drawing | None:
+    """Draw the answers; None if nobody answered under every condition."""
+    if not any(row.cells.n for row in results.ratings):
+        return None
+    return rating_bars("ratings", results.ratings, results.labels, results.facts.items)
+
+
+def finding(results: StudyResults) -> str:
+    """Say for which items a difference was detected, and for which not."""
+    found: dict[str, list[str]] = {"higher": [], "lower": [], "none": [], "refused": []}
+    for row in results.ratings:
+        test = row.f_test
+        if isinstance(test, Refusal) or test.estimate is None or test.interval is None:
+            found["refused"].append(label(row))
+        elif test.interval.holds(0.0):
+            shown = f"{label(row)} ({number(test.estimate)} points, {interval(test.interval)})"
+            found["none"].append(shown)
+        else:
+            found["higher" if test.estimate > 0 else "lower"].append(label(row))
+    other = results.labels[1] if len(results.labels) == 2 else "the conditions"
+    sentences = []
+    if found["higher"]:
+        sentences.append(f"{other} was rated higher on {listed(found['higher'])}.")
+    if found["lower"]:
+        sentences.append(f"{other} was rated lower on {listed(found['lower'])}.")
+    if found["none"]:
+        sentences.append(f"No difference was detected on {listed(found['none'])}.")
+    if found["refused"]:
+        sentences.append(f"Not tested: {listed(found['refused'])}.")
+    return " ".join(sentences)
+
+
+def paper_heading(results: StudyResults) -> str:
+    """Return the degrees of freedom if all rows share them: "(1, 11)"."""
+    tests = [row.f_test for row in results.ratings if isinstance(row.f_test, EffectResult)]
+    pairs = {(test.df1, test.df2) for test in tests}
+    if len(pairs) != 1:
+        return ""
+    df1, df2 = pairs.pop()
+    return f"({df1:g}, {df2:g})"
+
+
+def refusals(results: StudyResults) -> list[Refusal]:
+    """Return the refused tests of ratings, each reason once."""
+    unique: dict[str, Refusal] = {}
+    for row in results.ratings:
+        if isinstance(row.f_test, Refusal):
+            unique.setdefault(
+                f"{label(row)}{row.f_test.reason}", Refusal(label(row), row.f_test.reason)
+            )
+    return list(unique.values())
+
+
+def questions(results: StudyResults) -> str:
+    """Quote the items."""
+    items = results.facts.items
+    asked = sorted({row.item for row in results.ratings})
+    return " ".join(f"{name.upper()}: “{items[name].text}.”" for name in asked if name in items)

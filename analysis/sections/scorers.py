@@ -1,0 +1,127 @@
+"""Learned scorers: heat maps over the map, and the measures of fit."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from analysis.figures.heat_maps import colour_bar, heat_map_row
+from analysis.figures.score_maps import ScoreMap, score_map, shared_limit
+from analysis.figures.svg import Drawing
+from analysis.formatting import counted, number
+from analysis.recordings import Session
+from analysis.results import StudyResults
+from analysis.tables.fits import applied_fits
+from study.events.codes import Phase
+from study.events.events import FitApplied
+
+METRIC_HEADINGS = {
+    "choices": ("Choices", 0),
+    "held_out_choices": ("Held-out choices", 0),
+    "held_out_top1": ("Held-out top-1", 2),
+    "held_out_log_likelihood_per_choice": ("Held-out log-lik.", 2),
+    "held_out_chance_log_likelihood": ("Chance log-lik.", 2),
+    "top1": ("Top-1, in sample", 2),
+}
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class QualityTable:
+    """Measures of fit, one row a scorer.
+
+    Attributes:
+        headings: of the measures.
+        rows: participant, scorer, and the measures as written.
+    """
+
+    headings: tuple[str, ...]
+    rows: tuple[tuple[str, str, tuple[str, ...]], ...]
+
+
+def used_scorer(session: Session) -> FitApplied | None:
+    """Return the fitted scorer with a score grid that phase three used, or else the last."""
+    fits = [fit for fit in applied_fits(session).values() if fit.kind == "scorer"]
+    fits = [fit for fit in fits if fit.score_grid.size]
+    used = {t.scorer_id for t in session.trials.values() if t.phase == Phase.THREE and t.scorer_id}
+    chosen = [fit for fit in fits if fit.artefact_id in used] or fits
+    return chosen[-1] if chosen else None
+
+
+def maps(results: StudyResults) -> list[ScoreMap]:
+    """Compute the maps of all participants that have one."""
+    made: list[ScoreMap] = []
+    for session in results.study.sessions:
+        fit, grid = used_scorer(session), session.task.map_grid
+        if fit is None or grid is None:
+            continue
+        cells = len(grid.healths) * len(grid.headings) * len(grid.ys) * len(grid.xs)
+        if fit.score_grid.size == cells and any("1" in row for row in grid.free):
+            made.append(score_map(session.opened.participant, fit.score_grid, grid))
+    return made
+
+
+def figures(results: StudyResults) -> tuple[list[tuple[str, Drawing]], Drawing | None]:
+    """Draw a row of maps for each participant, and the scale they share."""
+    computed = maps(results)
+    if not computed:
+        return [], None
+    limit = shared_limit(computed)
+    sessions = {session.opened.participant: session for session in results.study.sessions}
+    rows: list[tuple[str, Drawing]] = []
+    for place, scores in enumerate(computed):
+        task = sessions[scores.participant].task
+        if task.map_grid is not None:
+            drawing = heat_map_row(f"map{place}", scores, task.scene, task.map_grid, limit)
+            rows.append((scores.participant, drawing))
+    return rows, colour_bar("map-scale", limit)
+
+
+def peak_finding(results: StudyResults) -> str:
+    """Say what stands nearest to the highest peak of each map."""
+    near: dict[str, int] = {}
+    computed = maps(results)
+    sessions = {session.opened.participant: session for session in results.study.sessions}
+    for scores in computed:
+        if scores.peaks:
+            peak = scores.peaks[0]
+            discs = sessions[scores.participant].task.scene.discs
+            if discs:
+                nearest = min(
+                    discs, key=lambda d: ((d.x - peak.x) ** 2 + (d.y - peak.y) ** 2, d.role)
+                )
+                near[nearest.role] = near.get(nearest.role, 0) + 1
+    names = {"goal": "the goal", "health_pack": "a health pack", "start": "the start"}
+    order = sorted(near, key=lambda role: (-near[role], role))
+    shown = [f"{names.get(role, role)} for {near[role]}" for role in order]
+    if not shown:
+        return "No map has a peak."
+    return (
+        f"Of {counted(sum(near.values()), 'map')}, the landmark nearest to the highest peak is "
+        f"{', '.join(shown)}."
+    )
+
+
+def quality(results: StudyResults) -> QualityTable | None:
+    """Lay out the measures of fit of every scorer; None if none was fitted."""
+    metrics = results.tables.frame("fit_metrics")
+    metrics = metrics[metrics["kind"] == "scorer"]
+    if not len(metrics):
+        return None
+    present = set(metrics["metric"])
+    shown = [name for name in METRIC_HEADINGS if name in present]
+    shown = shown or sorted(present)
+    values: dict[tuple[str, str], dict[str, float]] = {}
+    columns = ("participant", "artefact_id", "metric", "value")
+    for who, artefact, metric, value in zip(*(metrics[c] for c in columns), strict=True):
+        values.setdefault((str(who), str(artefact)), {})[str(metric)] = float(value)
+    rows = tuple(
+        (who, artefact, tuple(_written(found, name) for name in shown))
+        for (who, artefact), found in sorted(values.items())
+    )
+    headings = tuple(METRIC_HEADINGS.get(n, (n.replace("_", " "), 2))[0] for n in shown)
+    return QualityTable(headings, rows)
+
+
+def _written(found: dict[str, float], name: str) -> str:
+    if name not in found:
+        return ""
+    return number(found[name], METRIC_HEADINGS.get(name, (name, 2))[1])

@@ -1,0 +1,193 @@
+"""Header, headline and quality strip."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from markupsafe import Markup
+
+from analysis.formatting import (
+    NO_BREAK,
+    counted,
+    effect,
+    equation,
+    in_words,
+    listed,
+    number,
+)
+from analysis.results import StudyResults
+from analysis.statistics.result import EffectResult, Refusal
+
+ALPHA = 0.05
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Tile:
+    """One number of the quality strip.
+
+    Attributes:
+        value: the number.
+        of: what it is compared with, or empty.
+        name: what is counted.
+        good: whether nothing needs a look.
+        text: the state in words.
+        link: id of the section that tells more.
+    """
+
+    value: str
+    of: str
+    name: str
+    good: bool
+    text: str
+    link: str
+
+
+def headline(results: StudyResults) -> str:
+    """Say what was found about team reward, in one sentence with effect and interval."""
+    test, labels = results.primary, results.labels
+    if isinstance(test, Refusal):
+        return f"Team reward was not tested. {test.reason}"
+    if test.estimate is None or test.interval is None:
+        differs = test.p < ALPHA
+        return (
+            f"Team reward differed between {listed(labels)}."
+            if differs
+            else f"No difference in team reward was detected between {listed(labels)}."
+        )
+    low, high = number(test.interval.low, 1), number(test.interval.high, 1)
+    reach = f"95%{NO_BREAK}CI {low} to {high}"
+    reference, other = (float(np.mean(np.sort(column))) for column in results.cells.means.T)
+    if test.interval.holds(0.0):
+        return (
+            f"No difference in team reward was detected between {labels[0]} and {labels[1]}: "
+            f"{number(test.estimate, 1)} points a trial, {reach}."
+        )
+    way = "higher" if test.estimate > 0 else "lower"
+    return (
+        f"Team reward was {number(abs(test.estimate), 1)} points a trial {way} under "
+        f"{labels[1]} than under {labels[0]}, {_reach(test)}: "
+        f"{number(other, 1)} against {number(reference, 1)}."
+    )
+
+
+def _reach(test: EffectResult) -> str:
+    """Write the interval of a difference whose sign is said in words."""
+    assert test.interval is not None  # noqa: S101 - the caller has seen it
+    bounds = (test.interval.low, test.interval.high)
+    low, high = sorted(abs(bound) for bound in bounds)
+    return f"95%{NO_BREAK}CI {number(low, 1)} to {number(high, 1)}"
+
+
+def evidence(results: StudyResults) -> Markup:
+    """Give the primary test and who did otherwise, under the headline."""
+    test = results.primary
+    if isinstance(test, Refusal):
+        return Markup("")
+    kind = "Paired test" if test.estimate is not None else "Repeated-measures ANOVA"
+    text = Markup("{} on participant means: {}, {}.").format(
+        kind, equation(test), effect(test.effects[0])
+    )
+    if len(results.cells.levels) != 2:
+        return text
+    return text + " " + direction(results)
+
+
+def direction(results: StudyResults) -> str:
+    """Say how many participants did better under the second condition, and who did not."""
+    cells, label = results.cells, results.labels[1]
+    better = cells.means[:, 1] > cells.means[:, 0]
+    count = in_words(int(better.sum()), capital=True)
+    text = f"{count} of {in_words(cells.n)} participants did better under {label}"
+    others = [who for who, yes in zip(cells.participants, better, strict=True) if not yes]
+    if not others:
+        return f"{text}."
+    if len(others) > 4:
+        return f"{text}; {in_words(len(others))} did not."
+    return f"{text}; {listed(others)} did not."
+
+
+def recorded(results: StudyResults) -> str:
+    """Say when the sessions took place."""
+    dates = sorted(s.opened.started_utc[:10] for s in results.study.sessions)
+    return dates[0] if dates[0] == dates[-1] else f"{dates[0]} to {dates[-1]}"
+
+
+def design(results: StudyResults) -> str:
+    """Describe the design in a phrase."""
+    trials = results.facts.planned_trials
+    amount = f", {counted(trials, 'trial')} a condition" if trials else ""
+    orders = {order for order in results.data.orders.values() if order}
+    return (
+        f"Within-subjects study: {' against '.join(results.labels) or 'no condition'}, "
+        f"{counted(len(orders), 'order')}{amount}."
+    )
+
+
+def tiles(results: StudyResults) -> list[Tile]:
+    """Count what a reader wants to know before trusting a result."""
+    study, data, facts = results.study, results.data, results.facts
+    sessions = study.sessions
+    complete = sum(session.complete for session in sessions)
+    planned = facts.planned_participants or len(sessions)
+    expected = (facts.planned_trials or 0) * len(facts.levels) * planned
+    trials = len(data.trials)
+    excluded = results.cells.excluded
+    deviations = len(results.tables["deviations"])
+    skipped = int(results.tables.frame("timing")["skipped"].sum())
+    faulty = sum(bool(s.recording.problems) for s in sessions) + len(study.set_aside)
+    broken = len(data.broken_trials)
+    return [
+        Tile(
+            str(complete),
+            f"of {planned} planned",
+            "sessions complete",
+            complete == len(sessions) and complete >= planned,
+            "all complete" if complete == len(sessions) else _incomplete(len(sessions) - complete),
+            "quality",
+        ),
+        Tile(
+            str(trials),
+            f"of {expected} planned" if expected else "",
+            "trials analysed",
+            broken == 0 and (not expected or trials >= expected),
+            "none broken off" if broken == 0 else f"{broken} broken off",
+            "quality",
+        ),
+        Tile(
+            str(len(excluded)),
+            "",
+            "participants left out",
+            not excluded,
+            f"by {counted(len(facts.exclusions), 'rule')}" if not excluded else "named below",
+            "quality",
+        ),
+        Tile(
+            str(deviations),
+            "",
+            "deviations",
+            deviations == 0,
+            "none recorded" if deviations == 0 else "listed below",
+            "quality",
+        ),
+        Tile(
+            str(skipped),
+            "",
+            "timesteps skipped",
+            skipped == 0,
+            "all on time" if skipped == 0 else "by session below",
+            "timing",
+        ),
+        Tile(
+            str(faulty),
+            "",
+            "files with problems",
+            faulty == 0,
+            "all files whole" if faulty == 0 else "listed below",
+            "quality",
+        ),
+    ]
+
+
+def _incomplete(count: int) -> str:
+    return f"{count} incomplete"

@@ -1,0 +1,81 @@
+"""Ratings: the paper's F on participants' answers, with the exact Wilcoxon test beside it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+from analysis.statistics.cells import Cells, cell_means
+from analysis.statistics.holm import holm
+from analysis.statistics.result import EffectResult, Outcome, Refusal
+from analysis.statistics.rm_anova import rm_anova
+from analysis.statistics.wilcoxon import signed_rank
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class LikertRow:
+    """One item on one occasion.
+
+    Attributes:
+        item: its id.
+        occasion: "before_reveal" or "after_reveal".
+        cells: one answer for each participant and condition.
+        f_test: F(1, n - 1) as in the paper.
+        wilcoxon: the exact signed-rank test; refused where there are not two conditions.
+        holm_p: its p, adjusted over the family of all rows; None where refused.
+    """
+
+    item: str
+    occasion: str
+    cells: Cells
+    f_test: Outcome
+    wilcoxon: Outcome
+    holm_p: float | None
+
+    @property
+    def means(self) -> dict[str, float]:
+        """Mean answer under each condition; empty where nobody answered under all."""
+        if self.cells.n == 0:
+            return {}
+        columns = self.cells.means.T
+        return {
+            level: float(np.mean(np.sort(column)))
+            for level, column in zip(self.cells.levels, columns, strict=True)
+        }
+
+
+def likert_rows(
+    responses: pd.DataFrame,
+    keys: Sequence[tuple[str, str]],
+    levels: Sequence[str],
+) -> list[LikertRow]:
+    """Test each item on each occasion, Holm-adjusted over all of them.
+
+    Args:
+        responses: columns "participant", "condition", "item", "occasion", "answer".
+        keys: (item, occasion) in the order wanted.
+        levels: conditions, the reference first.
+    """
+    rows: list[LikertRow] = []
+    for item, occasion in keys:
+        asked = responses[(responses["item"] == item) & (responses["occasion"] == occasion)]
+        cells = cell_means(asked, "answer", levels, what="answers")
+        label = f"{item}, {occasion.replace('_', ' ')}"
+        f_test = rm_anova(cells, name=label)
+        rows.append(LikertRow(item, occasion, cells, f_test, _wilcoxon(cells, label), None))
+    tested = [place for place, row in enumerate(rows) if isinstance(row.wilcoxon, EffectResult)]
+    p_values = [row.wilcoxon.p for row in rows if isinstance(row.wilcoxon, EffectResult)]
+    for place, p in zip(tested, holm(p_values), strict=True):
+        rows[place] = dataclasses.replace(rows[place], holm_p=p)
+    return rows
+
+
+def _wilcoxon(cells: Cells, name: str) -> Outcome:
+    if len(cells.levels) != 2:
+        return Refusal(name, "The signed-rank test compares two conditions.", cells.excluded)
+    if cells.n == 0:
+        return Refusal(name, "No participant answered under both conditions.", cells.excluded)
+    return signed_rank(cells.means[:, 1] - cells.means[:, 0], cells.participants, name)

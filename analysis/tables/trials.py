@@ -1,0 +1,125 @@
+"""One row a fleet run."""
+
+from __future__ import annotations
+
+import hashlib
+
+import numpy as np
+
+from analysis.recordings import Session, StudyRecordings, timestep_blocks
+from analysis.tables.columns import SESSION_COLUMNS, Column, Table
+from analysis.tables.sessions import order_text
+from study.events.codes import Outcome
+from study.events.events import EpisodeEnded, Switched
+from study.events.fields import Record
+
+TRIAL_COLUMNS = (
+    Column("trial_id", "integer", "number of the fleet run in the session, from 0"),
+    Column("phase", "integer", "phase, 1 to 4; 0 is practice"),
+    Column("block", "integer", "number of the block within its phase, from 1"),
+    Column("condition", "label", "name of the condition; empty outside phases three and four"),
+    Column("trial", "integer", "number within the block, from 1"),
+)
+"""What tells one fleet run from another; every table below the session has them."""
+
+COLUMNS = (
+    *SESSION_COLUMNS,
+    *TRIAL_COLUMNS,
+    Column("order", "label", "conditions of phase three in the order run"),
+    Column("robots", "integer", "number of robots"),
+    Column("allocation", "label", "who decides which robot is operated"),
+    Column("view", "label", "what the participant sees"),
+    Column("dwell", "integer", "timesteps between automatic switches", unit="timesteps"),
+    Column("policy_id", "label", "which policy drives"),
+    Column("scorer_id", "label", "which scorer is computed, or empty"),
+    Column("start_states", "label", "first 12 digits of the start states' SHA-256"),
+    Column("scored", "boolean", "whether its reward counts"),
+    Column("complete", "boolean", "whether it ran to its end"),
+    Column("planned_timesteps", "integer", "planned length", unit="timesteps"),
+    Column("timesteps", "integer", "timesteps executed", unit="timesteps"),
+    Column("team_reward", "number", "sum over robots and timesteps", unit="points"),
+    Column("goals", "integer", "episodes that reached the goal"),
+    Column("lost", "integer", "episodes in which the robot was lost"),
+    Column("takeovers", "integer", "switches to a robot"),
+)
+
+
+def trial_keys(session: Session, trial_id: int) -> dict[str, object]:
+    """Return the columns that place a record of a fleet run."""
+    trial = session.trials.get(trial_id)
+    return {
+        "participant": session.opened.participant,
+        "session": session.opened.session_id,
+        "trial_id": trial_id,
+        "phase": trial.phase if trial else 0,
+        "block": trial.block if trial else 0,
+        "condition": trial.condition if trial else "",
+        "trial": trial.trial if trial else 0,
+    }
+
+
+def build(study: StudyRecordings) -> Table:
+    """Build the table from the recordings."""
+    rows = [row for session in study.sessions for row in _rows(session)]
+    return Table.from_rows("trials", "One row a fleet run.", COLUMNS, rows)
+
+
+def _rows(session: Session) -> list[dict[str, object]]:
+    goals: dict[int, int] = {}
+    lost: dict[int, int] = {}
+    takeovers: dict[int, int] = {}
+    for _, event in session.recording.records(EpisodeEnded.topic, Switched.topic):
+        _count(event, goals, lost, takeovers)
+    broken = set(session.trials) - set(session.trial_ends)
+    partial = _partial_rewards(session) if broken else {}
+    rows: list[dict[str, object]] = []
+    for trial_id, trial in sorted(session.trials.items()):
+        end = session.trial_ends.get(trial_id)
+        reward, timesteps = partial.get(trial_id, (0.0, 0))
+        digest = hashlib.sha256(np.ascontiguousarray(trial.states, dtype="<f4").tobytes())
+        rows.append(
+            {
+                **trial_keys(session, trial_id),
+                "order": order_text(session.opened.order),
+                "robots": trial.robots,
+                "allocation": trial.allocation,
+                "view": trial.view,
+                "dwell": trial.dwell,
+                "policy_id": trial.policy_id,
+                "scorer_id": trial.scorer_id,
+                "start_states": digest.hexdigest()[:12],
+                "scored": bool(trial.scored),
+                "complete": bool(end is not None and end.complete),
+                "planned_timesteps": trial.timesteps,
+                "timesteps": end.timesteps if end else timesteps,
+                "team_reward": end.team_reward if end else reward,
+                "goals": goals.get(trial_id, 0),
+                "lost": lost.get(trial_id, 0),
+                "takeovers": takeovers.get(trial_id, 0),
+            }
+        )
+    return rows
+
+
+def _count(
+    event: Record, goals: dict[int, int], lost: dict[int, int], takeovers: dict[int, int]
+) -> None:
+    if isinstance(event, EpisodeEnded):
+        tally = {Outcome.GOAL: goals, Outcome.LOST: lost}.get(Outcome(event.outcome))
+        if tally is not None:
+            tally[event.trial_id] = tally.get(event.trial_id, 0) + 1
+    elif isinstance(event, Switched) and event.to_robot >= 0:
+        takeovers[event.trial_id] = takeovers.get(event.trial_id, 0) + 1
+
+
+def _partial_rewards(session: Session) -> dict[int, tuple[float, int]]:
+    """Sum the rewards of fleet runs whose end is not recorded."""
+    sums: dict[int, tuple[float, int]] = {}
+    for block in timestep_blocks(session):
+        ids = block["trial_id"].astype(np.int64)
+        team = block["rewards"].astype(np.float64).sum(axis=1)
+        for trial_id in np.unique(ids):
+            mask = ids == trial_id
+            reward, count = sums.get(int(trial_id), (0.0, 0))
+            sums[int(trial_id)] = (reward + float(team[mask].sum()), count + int(mask.sum()))
+    return sums

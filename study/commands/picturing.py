@@ -1,0 +1,96 @@
+"""Pictures of the screens of a simulated session."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pygame
+
+from study.commands.composing import session_opened
+from study.commands.simulating import simulated_assignments
+from study.events.fields import Record
+from study.loading import LoadedProtocol
+from study.screens import FleetScreen, Screen, WaitScreen
+from study.seeding import stream_seed
+from study.session.session import Session
+from study.shell.conductor import Conductor
+from study.shell.drawing.renderer import Renderer
+from study.shell.fitting import InlineFitter
+from study.shell.fleet import open_fleet
+from study.shell.virtual_loop import KeyStrokeLike, VirtualClock, run_virtual
+from study.simulated.operator import SimulatedOperator
+from study.simulated.parameters import draw_parameters
+
+MOMENT = 60
+"""Timestep of a trial that is pictured; the last one if the trial is shorter."""
+
+
+class _NoRecorder:
+    """A session that is only looked at is not recorded."""
+
+    def write(self, record: Record, log_time_ns: int) -> int:  # noqa: ARG002
+        return 0
+
+    def ensure_durable(self, timeout_s: float) -> bool:  # noqa: ARG002
+        return True
+
+
+class _Onlooker:
+    """Sits beside the simulated operator and keeps one screen of each kind."""
+
+    def __init__(self, operator: SimulatedOperator) -> None:
+        self._operator = operator
+        self.kept: dict[str, tuple[Screen, int]] = {}
+
+    def act(self, screen: Screen, now_ns: int) -> tuple[KeyStrokeLike, ...]:
+        name = _name(screen)
+        if isinstance(screen, FleetScreen) and screen.timestep > MOMENT and name in self.kept:
+            return self._operator.act(screen, now_ns)
+        self.kept[name] = (screen, now_ns)
+        return self._operator.act(screen, now_ns)
+
+
+def _name(screen: Screen) -> str:
+    """Return a name that tells kinds of screens apart."""
+    kind = type(screen).__name__.removesuffix("Screen").lower()
+    if isinstance(screen, FleetScreen):
+        return f"{kind}_{screen.allocation}_{screen.view}_{screen.robots}"
+    if isinstance(screen, WaitScreen):
+        return kind
+    title = getattr(screen, "title", "") or getattr(screen, "header_left", "")
+    words = "".join(letter if letter.isalnum() else "_" for letter in title.lower())
+    after = "_after_reveal" if getattr(screen, "prompt", "").startswith("Now") else ""
+    return f"{kind}_{words[:40].strip('_')}{after}"
+
+
+def draw_gallery(loaded: LoadedProtocol, folder: Path, size: tuple[int, int]) -> list[Path]:
+    """Run a simulated session and draw one screen of each kind.
+
+    Args:
+        loaded: the protocol.
+        folder: where the PNG files go.
+        size: width and height, px.
+
+    Returns:
+        The pictures, in the order in which their screens came up.
+    """
+    os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
+    (assignment,) = simulated_assignments(loaded, 1, seed=1)
+    fleet = open_fleet(loaded.protocol.task.name, loaded.protocol.task.parameters)
+    fitter = InlineFitter(loaded.description)
+    conductor = Conductor(Session(), _NoRecorder(), fleet, fitter, epoch_ns=0, waits_for_disk=False)
+    operator = SimulatedOperator(draw_parameters(1, 0), stream_seed(assignment.seed, "operator"))
+    onlooker = _Onlooker(operator)
+    conductor.feed(session_opened(loaded, assignment))
+    run_virtual(conductor, onlooker, VirtualClock())
+    fleet.close()
+    pygame.font.init()
+    folder.mkdir(parents=True, exist_ok=True)
+    pictures = []
+    for number, (name, (screen, now_ns)) in enumerate(onlooker.kept.items(), start=1):
+        surface = pygame.Surface(size)
+        Renderer(size).draw(surface, screen, now_ns)
+        pictures.append(folder / f"{number:02d}_{name}.png")
+        pygame.image.save(surface, str(pictures[-1]))
+    return pictures

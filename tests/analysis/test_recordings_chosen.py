@@ -1,0 +1,99 @@
+"""Which recordings are analysed, and what is refused."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from synthetic_study import Plan, write_session
+
+from analysis.measures import analysed_data
+from analysis.protocol_facts import protocol_facts
+from analysis.recordings import StudyRecordings, load_recordings
+from analysis.tables.study_tables import StudyTables
+from study.errors import StudyError
+
+
+def small(participant: str, index: int, **changes: object) -> Plan:
+    plan = {"trials": 1, "timesteps": 4, "phase_four": False, **changes}
+    return Plan(participant, index, **plan)  # type: ignore[arg-type]
+
+
+def test_unusable_files_are_set_aside_with_the_reason(study: StudyRecordings) -> None:
+    """A file that is no recording is named, not passed over and not fatal."""
+    assert [item.file for item in study.set_aside] == ["notes.mcap"]
+    assert "notes.mcap" in study.set_aside[0].reason
+    assert "/" not in study.set_aside[0].reason
+
+
+def test_torn_session_is_kept_as_far_as_it_goes(study: StudyRecordings) -> None:
+    """The torn file's session is there, incomplete, with its problem in words."""
+    torn = study.sessions[-1]
+    assert torn.opened.participant == "P08"
+    assert not torn.complete
+    assert torn.recording.problems
+    assert len(torn.trials) > 0
+
+
+def test_different_protocols_are_pooled_only_on_request(tmp_path: Path) -> None:
+    """Two protocols are refused with both hashes named, and pooled when asked."""
+    write_session(tmp_path, small("A", 0))
+    write_session(tmp_path, small("B", 1, title="Another study"))
+    with pytest.raises(StudyError, match="2 different protocols") as caught:
+        load_recordings([tmp_path])
+    assert "--mixed" in caught.value.hint
+    assert "session_00.mcap" in caught.value.message
+    assert len(load_recordings([tmp_path], mixed=True).sessions) == 2
+
+
+def test_the_complete_session_of_a_participant_is_chosen(tmp_path: Path) -> None:
+    """Of two sessions of one participant the complete one is analysed, the other is named."""
+    write_session(tmp_path, small("A", 0, stop_after=5))
+    write_session(tmp_path, small("A", 1))
+    chosen = load_recordings([tmp_path])
+    assert [session.file for session in chosen.sessions] == ["session_01.mcap"]
+    assert [item.file for item in chosen.set_aside] == ["session_00.mcap"]
+
+
+def test_order_of_arguments_does_not_matter(study_folder: Path) -> None:
+    """Files given one by one, backwards, are the same study as their folder."""
+    forwards = load_recordings([study_folder])
+    backwards = load_recordings(sorted(study_folder.glob("*.mcap"), reverse=True))
+    assert [s.file for s in forwards.sessions] == [s.file for s in backwards.sessions]
+
+
+def test_nothing_to_read_is_one_clear_error(tmp_path: Path) -> None:
+    """An empty folder, a missing one, and a folder of junk each get a message."""
+    with pytest.raises(StudyError, match="no recording"):
+        load_recordings([tmp_path])
+    with pytest.raises(StudyError, match="no such file"):
+        load_recordings([tmp_path / "absent"])
+    (tmp_path / "junk.mcap").write_bytes(b"junk")
+    with pytest.raises(StudyError, match="none of the recordings"):
+        load_recordings([tmp_path])
+
+
+def test_declared_exclusions_are_applied(study_folder: Path, tmp_path: Path) -> None:
+    """A participant below a rule's threshold is left out, with counts in the reason."""
+    for name in ("session_00.mcap", "session_01.mcap"):
+        shutil.copy(study_folder / name, tmp_path)
+    write_session(tmp_path, small("P09", 8, trials=3, timesteps=12, stop_after=7, planned=8))
+    study = load_recordings([tmp_path])
+    data = analysed_data(study, StudyTables(study), protocol_facts(study))
+    assert [item.participant for item in data.excluded] == ["P09"]
+    assert "1 complete trials, at least 2 required" in data.excluded[0].reason
+    assert set(data.trials["participant"]) == {"P01", "P02"}
+
+
+def test_analysis_needs_neither_window_nor_networks() -> None:
+    """Importing the whole analysis loads neither pygame nor torch, task nor session."""
+    code = (
+        "import sys, analysis.report, analysis.commands.main\n"
+        "names = ('pygame', 'torch', 'study.tasks', 'study.session', 'study.protocol')\n"
+        "sys.exit(', '.join(n for n in names if n in sys.modules) or 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
