@@ -59,6 +59,7 @@ class FleetScreen:
     Attributes:
         heading: "Part 2 of 4" or "Block 1 of 2".
         trial, trials: progress; trials 0 hides it (practice).
+        unit: what is counted: "Trial", or "Episode" in phase one.
         seconds_left, seconds_total: time of the trial.
         scene: the map, the same in every tile.
         tiles: the robots that are visible: all of them, or the operated one only.
@@ -96,6 +97,7 @@ class FleetScreen:
     timestep_seconds: float
     keys: tuple[tuple[str, str], ...]
     message: str
+    unit: str = "Trial"
     robot_keys: tuple[str, ...] = ()
 
 

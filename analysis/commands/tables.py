@@ -18,7 +18,10 @@ def tables(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the tables.")],
     *,
     long: Annotated[
-        bool, typer.Option("--long", help="Also one row for each robot and timestep.")
+        bool,
+        typer.Option(
+            "--long", help="Also those with a row for each timestep, or each robot and timestep."
+        ),
     ] = False,
     mixed: Annotated[
         bool, typer.Option("--mixed", help="Pool recordings of different protocols.")

@@ -41,8 +41,8 @@ BUILDERS: Final[dict[str, Callable[[StudyRecordings], Table]]] = {
 }
 """Builder by name, in the order in which tables are listed."""
 
-LONG_TABLES: Final = frozenset({"robots"})
-"""Tables with one row for each robot and timestep: written on request only."""
+LONG_TABLES: Final = frozenset({"choices", "timesteps", "robots"})
+"""Tables with a row for each timestep, or robot and timestep: written on request only."""
 
 
 class StudyTables:
@@ -73,11 +73,9 @@ class StudyTables:
         return [name for name in BUILDERS if long or name not in LONG_TABLES]
 
     def each(self, *, long: bool = False) -> Iterator[Table]:
-        """Yield the tables one by one without keeping those not asked for before."""
+        """Yield the tables one by one; long ones are not kept."""
         for name in self.names(long=long):
-            table = self._built.get(name)
-            if table is None:
-                table = BUILDERS[name](self._study)
+            table = BUILDERS[name](self._study) if name in LONG_TABLES else self[name]
             self._rows[name] = len(table)
             yield table
 

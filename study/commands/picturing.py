@@ -11,14 +11,14 @@ from study.commands.composing import session_opened
 from study.commands.simulating import simulated_assignments
 from study.events.fields import Record
 from study.loading import LoadedProtocol
-from study.screens import FleetScreen, Screen, WaitScreen
+from study.screens import FleetScreen, PageScreen, PauseScreen, Screen, WaitScreen
 from study.seeding import stream_seed
 from study.session.session import Session
 from study.shell.conductor import Conductor
 from study.shell.drawing.renderer import Renderer
 from study.shell.fitting import InlineFitter
 from study.shell.fleet import open_fleet
-from study.shell.virtual_loop import KeyStrokeLike, VirtualClock, run_virtual
+from study.shell.virtual_loop import VirtualClock, run_virtual
 from study.simulated.operator import SimulatedOperator
 from study.simulated.parameters import draw_parameters
 
@@ -36,19 +36,19 @@ class _NoRecorder:
         return True
 
 
-class _Onlooker:
-    """Sits beside the simulated operator and keeps one screen of each kind."""
+class _Album:
+    """Keeps one screen of each kind: of a trial, the one at `MOMENT`."""
 
-    def __init__(self, operator: SimulatedOperator) -> None:
-        self._operator = operator
+    def __init__(self, clock: VirtualClock) -> None:
+        self._clock = clock
         self.kept: dict[str, tuple[Screen, int]] = {}
 
-    def act(self, screen: Screen, now_ns: int) -> tuple[KeyStrokeLike, ...]:
+    def keep(self, screen: Screen) -> None:
+        """Take in a screen that is shown."""
         name = _name(screen)
-        if isinstance(screen, FleetScreen) and screen.timestep > MOMENT and name in self.kept:
-            return self._operator.act(screen, now_ns)
-        self.kept[name] = (screen, now_ns)
-        return self._operator.act(screen, now_ns)
+        late = isinstance(screen, FleetScreen) and screen.timestep > MOMENT
+        if name not in self.kept or not late:
+            self.kept[name] = (screen, self._clock.now_ns)
 
 
 def _name(screen: Screen) -> str:
@@ -56,8 +56,10 @@ def _name(screen: Screen) -> str:
     kind = type(screen).__name__.removesuffix("Screen").lower()
     if isinstance(screen, FleetScreen):
         return f"{kind}_{screen.allocation}_{screen.view}_{screen.robots}"
+    if isinstance(screen, PageScreen) and screen.action == "to start":
+        return f"ready_{'episode' if screen.title.startswith('Episode') else 'trial'}"
     if isinstance(screen, WaitScreen):
-        return kind
+        return f"{kind}_{'fit' if screen.progress < 0 else 'phase_four'}"
     title = getattr(screen, "title", "") or getattr(screen, "header_left", "")
     words = "".join(letter if letter.isalnum() else "_" for letter in title.lower())
     after = "_after_reveal" if getattr(screen, "prompt", "").startswith("Now") else ""
@@ -77,18 +79,27 @@ def draw_gallery(loaded: LoadedProtocol, folder: Path, size: tuple[int, int]) ->
     """
     os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
     (assignment,) = simulated_assignments(loaded, 1, seed=1)
+    clock = VirtualClock()
+    album = _Album(clock)
     fleet = open_fleet(loaded.protocol.task.name, loaded.protocol.task.parameters)
-    fitter = InlineFitter(loaded.description)
-    conductor = Conductor(Session(), _NoRecorder(), fleet, fitter, epoch_ns=0, waits_for_disk=False)
+    conductor = Conductor(
+        Session(),
+        _NoRecorder(),
+        fleet,
+        InlineFitter(loaded.description),
+        epoch_ns=0,
+        waits_for_disk=False,
+        on_show=album.keep,
+    )
     operator = SimulatedOperator(draw_parameters(1, 0), stream_seed(assignment.seed, "operator"))
-    onlooker = _Onlooker(operator)
     conductor.feed(session_opened(loaded, assignment))
-    run_virtual(conductor, onlooker, VirtualClock())
+    run_virtual(conductor, operator, clock)
+    album.keep(PauseScreen(reason="Paused", confirm_stop=False))
     fleet.close()
     pygame.font.init()
     folder.mkdir(parents=True, exist_ok=True)
     pictures = []
-    for number, (name, (screen, now_ns)) in enumerate(onlooker.kept.items(), start=1):
+    for number, (name, (screen, now_ns)) in enumerate(album.kept.items(), start=1):
         surface = pygame.Surface(size)
         Renderer(size).draw(surface, screen, now_ns)
         pictures.append(folder / f"{number:02d}_{name}.png")

@@ -19,11 +19,10 @@ def best_robot(scores: npt.NDArray[np.float64], available: Available) -> int:
     """
     if not available.any():
         return -1
-    if not scores.size:
+    candidates = np.flatnonzero(available & ~np.isnan(scores) if scores.size else available)
+    if not scores.size or not candidates.size:
         return int(np.argmax(available))
-    masked = np.where(available & ~np.isnan(scores), scores, -np.inf)
-    best = int(np.argmax(masked))
-    return best if available[best] else int(np.argmax(available))
+    return int(candidates[np.argmax(scores[candidates])])
 
 
 class FixedAllocation:
@@ -127,3 +126,18 @@ class AssistedAllocation:
 
 
 AnyAllocation = FixedAllocation | ManualAllocation | AssistedAllocation
+
+
+def make_allocation(allocation: str, robots: int, dwell: int) -> AnyAllocation:
+    """Return the allocation of a trial.
+
+    Args:
+        allocation: "correction", "manual", "assisted" or "none".
+        robots: n; with one robot there is nothing to choose.
+        dwell: timesteps between automatic switches.
+    """
+    if allocation == "none":
+        return FixedAllocation(-1)
+    if robots == 1:
+        return FixedAllocation(0)
+    return AssistedAllocation(dwell) if allocation == "assisted" else ManualAllocation(robots)

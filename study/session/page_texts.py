@@ -86,12 +86,12 @@ def _phase_one(context: Context) -> tuple[Page, ...]:
         Page(
             header="Part 1 of 4",
             title="Teach one robot",
-            subtitle=f"{episodes} runs with one robot. It learns from what you do.",
+            subtitle=f"{episodes} episodes with one robot. It learns from what you do.",
             paragraphs=(
                 "The robot drives by itself. At first it has no idea and moves at random.",
                 "Whenever it goes wrong, hold an arrow key: then it does what you say. "
                 "Let go, and it drives itself again.",
-                "After each run it has learned from your corrections. A run ends at the goal, "
+                "After each episode it learns from your corrections. An episode ends at the goal, "
                 "when the robot's health is used up, or when its time is up.",
             ),
         ),

@@ -30,7 +30,10 @@ class PagesStage(QuietStage):
         """Turn pages."""
         keys = self._context.protocol.keys
         if isinstance(given, KeyChanged) and given.down:
-            forward = given.key == keys.confirm
+            # The session cannot pause on its last screen: there the pause key closes it.
+            forward = given.key == keys.confirm or (
+                given.key == keys.pause and self._plan.name == "thanks"
+            )
             back = given.key == keys.back
         elif isinstance(given, PointerPressed):
             forward = given.target == "confirm"
@@ -50,7 +53,7 @@ class PagesStage(QuietStage):
 
     def screen(self) -> Screen:
         """Return the page."""
-        page = self._pages[self._index]
+        page = self._pages[min(self._index, len(self._pages) - 1)]
         if self._plan.name == "thanks":
             return EndScreen(title=page.title, text=page.subtitle)
         count = len(self._pages)

@@ -21,14 +21,13 @@ class RevealStage(QuietStage):
         self._plan = plan
         self._context = context
         self._rewards = context.knowledge.block_rewards.get(plan.place.condition, [])
+        self._total = _sum(self._rewards)
 
     def enter(self, t_ns: int, out: Outbox) -> bool:
         """Record what is shown."""
         place = self._plan.place
         out.events.append(
-            RewardRevealed(
-                t_ns, place.phase, place.block, place.condition, math.fsum(self._rewards)
-            )
+            RewardRevealed(t_ns, place.phase, place.block, place.condition, self._total)
         )
         return False
 
@@ -47,7 +46,7 @@ class RevealStage(QuietStage):
             header_left=f"Part 3 of 4, block {place.block} of {blocks}: finished",
             header_right="Your points",
             block=place.block,
-            total=math.fsum(self._rewards),
+            total=self._total,
             trial_rewards=tuple(self._rewards),
             robots=self._context.protocol.condition(place.condition).robots,
             scale_low=low,
@@ -59,13 +58,21 @@ class RevealStage(QuietStage):
 
     def _scale(self) -> tuple[float, float]:
         """Fix the axis at the first reveal, with room above; later blocks widen it if they must."""
-        knowledge = self._context.knowledge
-        seen = [reward for rewards in knowledge.block_rewards.values() for reward in rewards]
-        first = knowledge.block_rewards.get(self._context.order[0], [0.0])
-        step = _nice_step(max(1.0, *(1.5 * abs(reward) for reward in first)) / 3)
+        finite = {
+            condition: [reward for reward in rewards if math.isfinite(reward)]
+            for condition, rewards in self._context.knowledge.block_rewards.items()
+        }
+        seen = [reward for rewards in finite.values() for reward in rewards]
+        first = finite.get(self._context.order[0], [])
+        step = _nice_step(max([1.0, *(1.5 * abs(reward) for reward in first)]) / 3)
         high = max(step * 3, step * math.ceil(max(0.0, *seen, 0.0) / step))
         low = min(0.0, step * math.floor(min(0.0, *seen, 0.0) / step))
         return low, high
+
+
+def _sum(rewards: list[float]) -> float:
+    """Add up exactly; what a faulty task made of NaN and infinities is no number."""
+    return math.fsum(rewards) if all(map(math.isfinite, rewards)) else math.nan
 
 
 def _nice_step(least: float) -> float:

@@ -5,23 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from study.events.codes import ActionSource, ChoiceFlag, ChoiceSource, Phase
-from study.events.events import (
-    EpisodeEnded,
-    Switched,
-    Timestep,
-    TimestepSkipped,
-    TrialEnded,
-    TrialStarted,
-)
+from study.events.events import Switched, Timestep, TimestepSkipped, TrialEnded
 from study.events.inputs import FleetObserved, Input, KeyChanged, PointerPressed, TimestepDue
 from study.screens import Screen
 from study.seeding import stream_seed
-from study.session.allocation import (
-    AnyAllocation,
-    AssistedAllocation,
-    FixedAllocation,
-    ManualAllocation,
-)
+from study.session.allocation import AssistedAllocation, ManualAllocation, make_allocation
 from study.session.context import Context, Outbox
 from study.session.controls import Controls
 from study.session.effects import (
@@ -34,6 +22,7 @@ from study.session.effects import (
 )
 from study.session.fleet_run import FleetRun
 from study.session.plan import UNIFORM_RANDOM, TrialPlan
+from study.session.trial_events import episode_ended, trial_started
 from study.session.trial_screens import TrialScreens, ready_screen
 
 _POLICY, _INACTIVE = int(ActionSource.POLICY), int(ActionSource.INACTIVE)
@@ -48,7 +37,7 @@ class TrialStage:
         self._plan = plan
         self._context = context
         self._controls = Controls()
-        self._allocation = _allocation(plan)
+        self._allocation = make_allocation(plan.allocation, plan.robots, plan.dwell)
         self._trial_id = context.knowledge.trial_id()
         self._run: FleetRun | None = None
         self._screens: TrialScreens | None = None
@@ -177,23 +166,7 @@ class TrialStage:
         self._screens = TrialScreens(plan, self._context, self._run, self._allocation)
         self._screens.start(given.t_ns)
         out.events.append(
-            TrialStarted(
-                t_ns=given.t_ns,
-                trial_id=self._trial_id,
-                phase=plan.place.phase,
-                block=plan.place.block,
-                condition=plan.place.condition,
-                trial=plan.trial,
-                robots=plan.robots,
-                timesteps=plan.timesteps,
-                allocation=plan.allocation,
-                view=plan.view,
-                dwell=plan.dwell,
-                policy_id=self._policy_id,
-                scorer_id=self._scorer_id,
-                scored=plan.scored,
-                states=given.states,
-            )
+            trial_started(given, plan, self._trial_id, self._policy_id, self._scorer_id)
         )
         self._choose_automatically(given, out)
         out.effects.append(self._pace())
@@ -277,17 +250,7 @@ class TrialStage:
             kept.setdefault((place.phase, place.condition), []).append(row)
         ended = run.observe(given)
         out.events += [
-            EpisodeEnded(
-                t_ns=given.t_ns,
-                trial_id=self._trial_id,
-                robot=episode.robot,
-                episode=episode.episode,
-                timestep=self._timestep,
-                length=episode.length,
-                outcome=episode.outcome,
-                episode_reward=episode.reward,
-            )
-            for episode in ended
+            episode_ended(episode, given.t_ns, self._trial_id, self._timestep) for episode in ended
         ]
         if self._screens:
             self._screens.observe(before, given, step.reset)
@@ -340,13 +303,3 @@ class TrialStage:
         if self._screens is None:
             return ready_screen(self._plan, self._context)
         return self._screens.screen()
-
-
-def _allocation(plan: TrialPlan) -> AnyAllocation:
-    if plan.allocation == "none":
-        return FixedAllocation(-1)
-    if plan.robots == 1:
-        return FixedAllocation(0)
-    if plan.allocation == "assisted":
-        return AssistedAllocation(plan.dwell)
-    return ManualAllocation(plan.robots)

@@ -28,11 +28,15 @@ def heading(plan: TrialPlan, context: Context) -> str:
     return _PARTS[plan.place.phase]
 
 
+def unit(plan: TrialPlan) -> str:
+    """Return the word for one run: an episode is one robot's, from reset to end."""
+    return "Episode" if plan.ends_with_robot else "Trial"
+
+
 def ready_screen(plan: TrialPlan, context: Context) -> PageScreen:
     """Return the screen that waits for the operator before a trial."""
     one = plan.robots == 1
-    word = "Episode" if plan.allocation == "correction" else "Trial"
-    title = "Practice" if not plan.scored else f"{word} {plan.trial} of {plan.trials}"
+    title = f"{unit(plan)} {plan.trial} of {plan.trials}" if plan.scored else "Practice"
     what = "One robot" if one else f"{plan.robots} robots"
     seconds = plan.timesteps / context.protocol.timing.timesteps_per_second
     limit = "" if plan.ends_with_robot else f", {seconds:.0f} seconds"
@@ -141,6 +145,7 @@ class TrialScreens:
             keys=self._keys,
             message=self._message(),
             robot_keys=self._robot_keys,
+            unit=unit(plan),
         )
 
     def _message(self) -> str:

@@ -54,6 +54,7 @@ class Conductor:
         epoch_ns: wall time at which the session's monotonic time is 0.
         waits_for_disk: whether EnsureDurable waits; simulated participants lose nothing
             that could not be simulated again.
+        on_show: called with every screen that is to be shown.
     """
 
     def __init__(
@@ -65,6 +66,7 @@ class Conductor:
         *,
         epoch_ns: int,
         waits_for_disk: bool,
+        on_show: Callable[[Screen], None] | None = None,
     ) -> None:
         self.session = session
         self._recorder = recorder
@@ -72,6 +74,7 @@ class Conductor:
         self._fitter = fitter
         self._epoch_ns = epoch_ns
         self._waits_for_disk = waits_for_disk
+        self._on_show = on_show
         self._fleet_request = -1
         self.fit_pending = False
         self.screen: Screen | None = None
@@ -101,6 +104,8 @@ class Conductor:
     def _carry_out(self, effect: Effect) -> None:
         if isinstance(effect, Show):
             self.screen = effect.screen
+            if self._on_show:
+                self._on_show(effect.screen)
         elif isinstance(effect, StartFleet | StepFleet):
             self._fleet_request = effect.request_id
             self._fleet.request(effect)

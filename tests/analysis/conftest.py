@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from synthetic_study import HOSTILE, Plan, study_plans, tear, write_session
 
 from analysis.recordings import StudyRecordings, load_recordings
 from analysis.results import StudyResults, compute_results
 from analysis.tables.study_tables import StudyTables
+from synthetic_study import HOSTILE, Plan, study_plans, tear, write_session
 
 
 @pytest.fixture(scope="session")

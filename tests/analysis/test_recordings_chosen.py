@@ -8,13 +8,13 @@ import sys
 from pathlib import Path
 
 import pytest
-from synthetic_study import Plan, write_session
 
 from analysis.measures import analysed_data
 from analysis.protocol_facts import protocol_facts
 from analysis.recordings import StudyRecordings, load_recordings
 from analysis.tables.study_tables import StudyTables
 from study.errors import StudyError
+from synthetic_study import Plan, write_session
 
 
 def small(participant: str, index: int, **changes: object) -> Plan:

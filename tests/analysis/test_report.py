@@ -10,7 +10,6 @@ import shutil
 from pathlib import Path
 
 import pytest
-from synthetic_study import HOSTILE
 from typer.testing import CliRunner
 
 from analysis.commands import main as command
@@ -19,6 +18,7 @@ from analysis.report import render_report
 from analysis.results import StudyResults, compute_results
 from analysis.statistics.result import EffectResult
 from analysis.tables.study_tables import StudyTables
+from synthetic_study import HOSTILE
 
 
 def report_of(folder: Path) -> str:

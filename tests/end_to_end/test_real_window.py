@@ -8,12 +8,12 @@ import sys
 from pathlib import Path
 
 import pytest
-from participant import Participant
-from x11_driver import Hands, x_server
 
+from participant import Participant
 from study.events.inputs import KeyChanged
 from study.recording.reader import read_recording
 from study.verification import verify
+from x11_driver import Hands, x_server
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -18,6 +18,7 @@ from study.events.inputs import (
     Input,
     KeyChanged,
     PointerPressed,
+    SessionOpened,
     TimestepDue,
 )
 from study.recording.wire import decode, encode
@@ -32,7 +33,6 @@ from study.session.effects import (
     StepFleet,
 )
 from study.session.session import Session
-from study.events.inputs import SessionOpened
 
 STEP_NS = 100_000_000
 STATE_SIZE = 4
@@ -45,12 +45,14 @@ class Moods:
 
     Attributes:
         end_chance: chance at each timestep that a stepped robot's episode ends.
+        longest_episode: timesteps after which it ends for certain.
         odd_chance: chance that an answer holds NaN and infinities.
         lawful: whether robots that were not stepped keep their outcome.
         fits: kinds of answers to fits, taken in turn.
     """
 
     end_chance: float = 0.05
+    longest_episode: int = 12
     odd_chance: float = 0.0
     lawful: bool = True
     fits: tuple[str, ...] = ("completed",)
@@ -80,6 +82,7 @@ class FakeShell:
         self.screen: Screen | None = None
         self.finished = False
         self._outcomes = np.zeros(0, np.int32)
+        self._lengths = np.zeros(0, np.int64)
         self._scored = False
         self._fits_answered = 0
         self.feed(first)
@@ -150,12 +153,15 @@ class FakeShell:
         if isinstance(request, StartFleet):
             robots = request.robots
             self._outcomes = np.zeros(robots, np.int32)
+            self._lengths = np.zeros(robots, np.int64)
             self._scored = bool(request.scorer_id)
             active = np.zeros(robots, np.bool_)
         else:
             robots, active = len(request.actions), request.active
             self._outcomes = np.where(request.reset, 0, self._outcomes).astype(np.int32)
-        ends = active & (random.random(robots) < moods.end_chance)
+            self._lengths = np.where(request.reset, 0, self._lengths + active)
+        over = self._lengths >= moods.longest_episode
+        ends = active & ((random.random(robots) < moods.end_chance) | over)
         endings = random.integers(Outcome.GOAL, Outcome.TIME_UP + 1, robots)
         self._outcomes = np.where(ends, endings, self._outcomes).astype(np.int32)
         if not moods.lawful:
@@ -168,9 +174,11 @@ class FakeShell:
             "scores": random.normal(0, 1, robots) if self._scored else np.empty(0),
         }
         if random.random() < moods.odd_chance:
-            odd = np.array([np.nan, np.inf, -np.inf, 3e38, -3e38, 0.0])
             for name in ("states", "rewards", "scores"):
                 array = fields[name]
+                # Sums of huge and small rewards are only as exact as float64 is.
+                huge = 1e4 if name == "rewards" else 3e38
+                odd = np.array([np.nan, np.inf, -np.inf, huge, -huge, 0.0])
                 array[...] = np.where(
                     random.random(array.shape) < 0.3, random.choice(odd, array.shape), array
                 )
@@ -228,7 +236,7 @@ class FakeShell:
         else:
             self.key("return")
 
-    def go_on_until(self, reached: Callable[[], bool], limit: int = 20_000) -> None:
+    def go_on_until(self, reached: Callable[[], bool], limit: int = 2_000) -> None:
         """Help until something holds."""
         for _ in range(limit):
             if reached() or self.finished:

@@ -11,7 +11,6 @@ import time
 from pathlib import Path
 
 import pygame
-from x11_driver import Hands
 
 from study.errors import StudyError
 from study.events.events import (
@@ -24,6 +23,7 @@ from study.events.events import (
 from study.recording.reader import read_recording
 from study.screens import Screen, SurveyItem, SurveyScreen
 from study.shell.drawing.renderer import Renderer
+from x11_driver import Hands
 
 TOPICS = (
     "event/stage_entered",

@@ -8,7 +8,6 @@ from functools import cache
 from pathlib import Path
 
 from protocols import variant
-
 from study.events.inputs import SessionOpened
 from study.loading import LoadedProtocol, load_protocol
 

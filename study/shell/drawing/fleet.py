@@ -191,7 +191,7 @@ def draw_header(canvas: Canvas, screen: FleetScreen) -> None:
     room = canvas.size[0] - u(24) - keys - (u(CLOCK_ROOM) if screen.seconds_total > 0 else u(20))
     if screen.trials > 0:
         canvas.surface.fill(palette.LINE, (x + u(19), y - u(14), 1, u(28)))
-        words = f"Trial {screen.trial} of {screen.trials}"
+        words = f"{screen.unit} {screen.trial} of {screen.trials}"
         x = canvas.write(words, x + u(38), y, size, weight="semibold").right
         if screen.trials <= MOST_BOXES:
             roomy = x + u(15) + screen.trials * u(17) <= room

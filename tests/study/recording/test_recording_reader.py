@@ -15,9 +15,9 @@ import zstandard
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.writer import Writer
-from record_strategies import any_record, records_of
 
 import study
+from record_strategies import any_record, records_of
 from study.errors import RecordingError
 from study.events.fields import Record, record_types
 from study.events.inputs import FleetObserved

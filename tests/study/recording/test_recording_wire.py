@@ -10,8 +10,8 @@ import pytest
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from record_strategies import any_record, records_of
 
+from record_strategies import any_record, records_of
 from study.errors import RecordingError
 from study.events.events import Timestep
 from study.events.fields import Record, record_types, wire_fields

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+
 from event_books import check_books
 from fake_shell import STEP_NS, FakeShell, Moods, replayed
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from short_study import opened, short_study
-
 from study.events.events import SessionEnded, Timestep
 from study.events.inputs import (
     FitFailed,
@@ -67,7 +68,8 @@ def make(shell: FakeShell, kind: str, what: str, yes: bool) -> None:
         shell.help()
 
 
-@settings(max_examples=120, deadline=None)
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@settings(max_examples=60, deadline=None, phases=[Phase.explicit, Phase.generate])
 @given(
     seed=st.integers(0, 2**63 - 1),
     moods=moods,

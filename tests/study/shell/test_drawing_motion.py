@@ -8,10 +8,10 @@ from itertools import pairwise
 
 import pygame
 import pytest
-import sample_screens as samples
 from hypothesis import given
 from hypothesis import strategies as st
 
+import sample_screens as samples
 from study.screens import FleetScreen, Tile
 from study.shell.drawing import palette
 from study.shell.drawing.grid import place_tiles

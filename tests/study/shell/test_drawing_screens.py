@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 import pygame
 import pytest
-import sample_screens as samples
 
+import sample_screens as samples
 from study.screens import FleetScreen, SurveyScreen
 from study.shell.drawing.fleet import clock_text, tile_places
 from study.shell.drawing.lettering import clear_fonts, text_width, wrap

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 
 import pygame
 import pytest
-import sample_screens as samples
 
+import sample_screens as samples
 from study.errors import StudyError
 from study.shell.pygame_check import require_pygame_ce
 from study.shell.raw_inputs import RawClose, RawFocus, RawKey, RawPointer

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from simulated_world import (
     Policy,
     World,
@@ -12,7 +13,6 @@ from simulated_world import (
     random_policy,
     tile_of,
 )
-
 from study.events.codes import Outcome
 from study.layouts import named_layout
 from study.screens import Tile, WaitScreen

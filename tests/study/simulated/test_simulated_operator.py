@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from simulated_world import NUMBER_KEYS, Row, World, idle_policy, random_policy
 
+from simulated_world import NUMBER_KEYS, Row, World, idle_policy, random_policy
 from study.screens import (
     Cue,
     EndScreen,

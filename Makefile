@@ -1,0 +1,31 @@
+# Thin: every target is one command that the README also shows for machines without make.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+LOCK := requirements/lock.txt requirements/torch.txt
+STAMP := $(VENV)/.set-up
+
+.PHONY: demo test check acceptance lock clean
+
+demo: $(STAMP)
+	$(BIN)/study demo
+
+test: $(STAMP)
+	$(BIN)/python tools/check.py
+	$(BIN)/python -m pytest -n 2 -m "not acceptance"
+
+check: $(STAMP)
+	$(BIN)/python tools/check.py
+
+acceptance: $(STAMP)
+	$(BIN)/python -m pytest -m acceptance
+
+# Set up anew only when the lock or the package's own metadata change.
+$(STAMP): $(LOCK) pyproject.toml tools/set_up.py
+	$(PYTHON) tools/set_up.py
+
+lock: $(STAMP)
+	$(BIN)/python tools/lock.py
+
+clean:
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -1,0 +1,36 @@
+"""Write requirements/lock.txt anew: newest versions that fit pyproject.toml, with hashes.
+
+For all platforms and Pythons from 3.11 on. torch is left to requirements/torch.txt.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import tomllib
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def main() -> int:
+    """Resolve and write."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    wanted = [
+        *(item for item in project["project"]["dependencies"] if not item.startswith("torch")),
+        *project["dependency-groups"]["dev"],
+        *(ROOT / "requirements" / "lock.in").read_text().splitlines(),
+    ]
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder) / "all.in"
+        source.write_text("\n".join(wanted) + "\n")
+        options = ["--universal", "--python-version", "3.11", "--generate-hashes", "--quiet"]
+        plain = ["--no-header", "--no-annotate", "--upgrade"]
+        target = str(ROOT / "requirements" / "lock.txt")
+        command = [sys.executable, "-m", "uv", "pip", "compile", *options, *plain]
+        return subprocess.run([*command, str(source), "-o", target], check=False).returncode
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,67 @@
+"""Set up the project: a virtual environment in .venv with exactly what the lock names.
+
+Runs on any Python from 3.11 on, with nothing installed. Every package but torch is checked
+against its hash; torch is pinned to its version, and on Linux its CPU build is preferred.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+VENV = ROOT / ".venv"
+STAMP = VENV / ".set-up"
+LOCK = ROOT / "requirements" / "lock.txt"
+TORCH = ROOT / "requirements" / "torch.txt"
+OLDEST = (3, 11)
+
+
+def main() -> int:
+    """Make the environment, unless it is there and the lock has not changed."""
+    if sys.version_info < OLDEST:
+        given = ".".join(str(part) for part in sys.version_info[:3])
+        print(f"Python {given} is too old; use 3.11 or newer: make PYTHON=python3.12 ...")
+        return 2
+    wanted = fingerprint()
+    if STAMP.is_file() and STAMP.read_text() == wanted:
+        STAMP.touch()
+        return 0
+    print("Setting up .venv (once; some minutes on a slow line) ...", flush=True)
+    if not python().is_file():
+        venv.create(VENV, with_pip=True)
+    pip("install", "--require-hashes", "-r", str(LOCK))
+    # The index of CPU builds is a convenience: if it does not answer, do not wait for it.
+    pip("install", "--no-deps", "--retries", "1", "-r", str(TORCH))
+    pip("install", "--no-deps", "--no-build-isolation", "-e", str(ROOT))
+    STAMP.write_text(wanted)
+    return 0
+
+
+def fingerprint() -> str:
+    """Return a hash of all that decides what is installed."""
+    digest = hashlib.sha256()
+    for path in (LOCK, TORCH, ROOT / "pyproject.toml"):
+        digest.update(path.read_bytes())
+    return f"{sys.version_info[0]}.{sys.version_info[1]} {digest.hexdigest()}\n"
+
+
+def python() -> Path:
+    """Return the environment's interpreter."""
+    return VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+
+
+def pip(*arguments: str) -> None:
+    """Run pip in the environment; stop with its message if it fails."""
+    command = [str(python()), "-m", "pip", "--disable-pip-version-check", "--quiet"]
+    done = subprocess.run([*command, *arguments], check=False)
+    if done.returncode:
+        sys.exit(f"Set-up failed at: pip {' '.join(arguments)}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
