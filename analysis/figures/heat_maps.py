@@ -31,6 +31,8 @@ HEADING_NAMES = (
 Place = Callable[[float, float], tuple[float, float]]
 """From metres on the map to pixels of the drawing."""
 
+LABEL_WIDTH = 60
+"""Room that a peak's value takes beside its ring, px."""
 FINER = 3
 """Pixels of a large map for each cell: printers do not smooth what screens do."""
 
@@ -151,13 +153,17 @@ class _Painter:
                 drawing.rect(spot, max(mark.width * unit, 1), max(mark.height * unit, 1), "f-ink")
         if large:
             self._glyphs(at, unit)
-        for peak in peaks:
-            px, py = at(peak.x, peak.y)
+        places = [at(peak.x, peak.y) for peak in peaks]
+        top, bottom = corner[1], corner[1] + scene.height * unit
+        for peak, (px, py) in zip(peaks, places, strict=True):
             drawing.circle((px, py), 8, "none s-paper halo-ring")
             drawing.circle((px, py), 8, "none s-ink ring")
-            right = px < corner[0] + width - 60
+            crowded = any(0 < x - px < LABEL_WIDTH and abs(y - py) < 16 for x, y in places)
+            right = px < corner[0] + width - LABEL_WIDTH and not crowded
             side, anchor = (12.0, "start") if right else (-12.0, "end")
-            drawing.text((px + side, py + 4), signed(peak.value), "f-ink bold halo", anchor, 12)
+            # A value beside a wall would be crossed by it.
+            baseline = min(max(py + 4, top + 18), bottom - 8)
+            drawing.text((px + side, baseline), signed(peak.value), "f-ink bold halo", anchor, 12)
 
     def _colours(self, values: Floats, at: Place, unit: float, finer: int) -> None:
         grid = self._grid

@@ -16,6 +16,7 @@ from study.commands.composing import (
 )
 from study.errors import StudyError
 from study.loading import LoadedProtocol
+from study.recording.client import Recorder
 from study.session.session import Session
 from study.shell.conductor import Conductor
 from study.shell.fitting import ProcessFitter
@@ -85,7 +86,7 @@ def run_session(
     with ExitStack() as stack:
         # The writer starts before anything that could take the study down, and ends last.
         recorder = start_recorder(folder, loaded, opened)
-        stack.callback(recorder.close)
+        stack.callback(_close, recorder)
         task = loaded.protocol.task
         fleet = stack.enter_context(closing(open_fleet(task.name, task.parameters)))
         fitter = stack.enter_context(closing(ProcessFitter(loaded.description)))
@@ -98,3 +99,10 @@ def run_session(
         conductor.feed(opened)
         LiveLoop(conductor, window, recorder, clock).run()
     return recorder.close(), session.complete
+
+
+def _close(recorder: Recorder) -> None:
+    """Close a recording; remove it if the session never began, as when no window opens."""
+    path = recorder.close()
+    if recorder.sent_sequence == 0:
+        path.unlink()

@@ -110,11 +110,20 @@ class Session:
 
     def _open(self, given: SessionOpened, out: Outbox) -> None:
         protocol = parse_protocol(given.protocol_toml, "the recorded protocol")
-        raw: dict[str, Any] = json.loads(given.questionnaires_json or "{}")
+        names = [condition.name for condition in protocol.conditions]
+        if sorted(given.order) != sorted(names):
+            raise RecordingError(
+                f"the order opened with is {', '.join(given.order)}; "
+                f"the protocol's conditions are {', '.join(names)}"
+            )
+        questionnaires = _questionnaires(given.questionnaires_json)
+        missing = {use.name for use in protocol.questionnaires} - questionnaires.keys()
+        if missing:
+            raise RecordingError(f"no questionnaire {', '.join(sorted(missing))} was opened with")
         self._context = Context(
             protocol=protocol,
             description=TaskDescription.from_json(given.task_json),
-            questionnaires={name: Questionnaire.model_validate(item) for name, item in raw.items()},
+            questionnaires=questionnaires,
             participant=given.participant,
             seed=given.seed,
             order=given.order,
@@ -227,6 +236,14 @@ class Session:
         self.complete = complete
         out.events.append(SessionEnded(t_ns, complete, reason))
         out.effects += [SetPace(0.0), EnsureDurable(), Finish()]
+
+
+def _questionnaires(text: str) -> dict[str, Questionnaire]:
+    try:
+        raw: dict[str, Any] = json.loads(text or "{}")
+        return {name: Questionnaire.model_validate(item) for name, item in raw.items()}
+    except (ValueError, AttributeError) as error:
+        raise RecordingError(f"the questionnaires opened with cannot be read: {error}") from error
 
 
 def _moves_the_screen(effect: Effect) -> bool:

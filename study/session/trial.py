@@ -23,7 +23,7 @@ from study.session.effects import (
 from study.session.fleet_run import FleetRun
 from study.session.plan import UNIFORM_RANDOM, TrialPlan
 from study.session.trial_events import episode_ended, trial_started
-from study.session.trial_screens import TrialScreens, ready_screen
+from study.session.trial_screens import TrialScreens, evaluation_screen, ready_screen
 
 _POLICY, _INACTIVE = int(ActionSource.POLICY), int(ActionSource.INACTIVE)
 
@@ -300,6 +300,8 @@ class TrialStage:
 
     def screen(self) -> Screen:
         """Return the ready screen before the start, then the fleet."""
-        if self._screens is None:
-            return ready_screen(self._plan, self._context)
-        return self._screens.screen()
+        if self._screens is not None:
+            return self._screens.screen()
+        if self._plan.allocation == "none":
+            return evaluation_screen(self._plan, 0)
+        return ready_screen(self._plan, self._context)

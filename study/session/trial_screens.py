@@ -57,6 +57,17 @@ def ready_screen(plan: TrialPlan, context: Context) -> PageScreen:
     )
 
 
+def evaluation_screen(plan: TrialPlan, timestep: int) -> WaitScreen:
+    """Return the screen of a trial in which nobody operates."""
+    done = (plan.trial - 1 + timestep / plan.timesteps) / plan.trials
+    return WaitScreen(
+        title="The robots drive on their own now",
+        text=f"Trying out set {plan.place.block} of what you taught them. "
+        "There is nothing to do for you.",
+        progress=done,
+    )
+
+
 class TrialScreens:
     """Builds the fleet screen of a running trial."""
 
@@ -110,13 +121,7 @@ class TrialScreens:
         """Return the screen as it is now."""
         plan = self._plan
         if plan.allocation == "none":
-            done = (plan.trial - 1 + self._timestep / plan.timesteps) / plan.trials
-            return WaitScreen(
-                title="The robots drive on their own now",
-                text=f"Trying out set {plan.place.block} of what you taught them. "
-                "There is nothing to do for you.",
-                progress=done,
-            )
+            return evaluation_screen(plan, self._timestep)
         rate = self._context.protocol.timing.timesteps_per_second
         limit = self._description.horizon if plan.ends_with_robot else plan.timesteps
         allocation = self._allocation

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from analysis.commands.report import write_report
 from participant import Participant
 from study.events.inputs import KeyChanged
 from study.recording.reader import read_recording
@@ -43,12 +44,8 @@ def run_session(
     return recording, hands.sent
 
 
-@pytest.mark.parametrize("mouse", [False, True], ids=["keyboard", "mouse"])
-def test_smoke_protocol_by_real_events(tmp_path: Path, mouse: bool) -> None:
-    """Every stage is passed, each key sent is recorded in order, and the events replay."""
-    path, sent = run_session(
-        "protocols/smoke.toml", tmp_path / "recordings", mouse=mouse, timeout_s=150
-    )
+def check(path: Path, sent: list[tuple[str, bool]], report: Path) -> None:
+    """Check what every driven session must leave: keys as sent, a replay, a report."""
     recording = read_recording(path)
     assert recording.complete
     keys = [
@@ -61,3 +58,24 @@ def test_smoke_protocol_by_real_events(tmp_path: Path, mouse: bool) -> None:
     assert verdict.matches, verdict.difference
     answers = list(recording.records("event/question_answered"))
     assert len(answers) == 8
+    page = write_report([path], report).read_text()
+    assert "P01" in page
+    assert "Simulated participants" not in page
+
+
+@pytest.mark.parametrize("mouse", [False, True], ids=["keyboard", "mouse"])
+def test_smoke_protocol_by_real_events(tmp_path: Path, mouse: bool) -> None:
+    """Every stage is passed, each key sent is recorded in order, and a report is built."""
+    folder = tmp_path / "recordings"
+    path, sent = run_session("protocols/smoke.toml", folder, mouse=mouse, timeout_s=150)
+    check(path, sent, tmp_path / "report")
+
+
+@pytest.mark.acceptance
+@pytest.mark.timeout(1800)
+def test_pilot_protocol_by_real_events(tmp_path: Path) -> None:
+    """The ten-minute pilot is driven from welcome to thanks in real time."""
+    folder = tmp_path / "recordings"
+    path, sent = run_session("protocols/pilot.toml", folder, mouse=True, timeout_s=1500)
+    check(path, sent, tmp_path / "report")
+    assert len(sent) > 500
