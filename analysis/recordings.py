@@ -200,6 +200,13 @@ def choose_sessions(
     Raises:
         StudyError: there is no session, or protocols differ and ``mixed`` is false.
     """
+    hashes = {session.opened.protocol_sha256 for session in sessions}
+    if len(hashes) > 1 and not mixed:
+        raise StudyError(
+            f"these recordings follow {len(hashes)} different protocols:\n"
+            + _protocol_lines(sessions),
+            "Give the recordings of one protocol, or pool them on purpose with --mixed.",
+        )
     aside = list(set_aside)
     by_participant: dict[str, list[Session]] = {}
     for session in sessions:
@@ -220,14 +227,7 @@ def choose_sessions(
         reasons = "\n  ".join(f"{item.file}: {item.reason}" for item in aside)
         raise StudyError(f"none of the recordings can be used:\n  {reasons}")
     aside.sort(key=lambda item: (item.file, item.reason))
-    study = StudyRecordings(tuple(chosen), tuple(aside))
-    if len(study.protocol_hashes) > 1 and not mixed:
-        raise StudyError(
-            f"these recordings follow {len(study.protocol_hashes)} different protocols:\n"
-            + _protocol_lines(study),
-            "Give the recordings of one protocol, or pool them on purpose with --mixed.",
-        )
-    return study
+    return StudyRecordings(tuple(chosen), tuple(aside))
 
 
 def operator_parameters(session: Session) -> dict[str, Any]:
@@ -254,10 +254,12 @@ def _preference(session: Session) -> tuple[bool, int, str, str]:
     return (not session.complete, length, opened.started_utc, session.file)
 
 
-def _protocol_lines(study: StudyRecordings) -> str:
-    lines = []
-    for digest in study.protocol_hashes:
-        files = [s.file for s in study.sessions if s.opened.protocol_sha256 == digest]
-        shown = ", ".join(files[:3]) + (f" and {len(files) - 3} more" if len(files) > 3 else "")
-        lines.append(f"  {digest[:12]}: {shown}")
-    return "\n".join(lines)
+def _protocol_lines(sessions: Sequence[Session]) -> str:
+    files: dict[str, list[str]] = {}
+    for session in sessions:
+        files.setdefault(session.opened.protocol_sha256, []).append(session.file)
+    return "\n".join(
+        f"  {digest[:12]}: {', '.join(names[:3])}"
+        + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+        for digest, names in sorted(files.items())
+    )

@@ -19,6 +19,16 @@ class StudyError(Exception):
     def __str__(self) -> str:
         return f"{self.message}\n  {self.hint}" if self.hint else self.message
 
+    def __reduce__(self) -> tuple[object, ...]:
+        """Let the error cross from a worker process, whatever its class is made from."""
+        return _rebuilt, (type(self), self.args, self.__dict__)
+
+
+def _rebuilt(kind: type[StudyError], args: tuple[object, ...], attributes: object) -> StudyError:
+    error = kind.__new__(kind, *args)
+    vars(error).update(attributes)  # type: ignore[call-overload]
+    return error
+
 
 class ProtocolError(StudyError):
     """A protocol file that cannot be used: one entry a problem.

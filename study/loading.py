@@ -13,8 +13,9 @@ from pydantic import ValidationError
 from study.errors import ProtocolError, StudyError, UnknownNameError
 from study.events.task_description import TaskDescription
 from study.families import load_member
-from study.protocol import Protocol, parse_protocol, validation_problems
+from study.protocol import Protocol, parse_protocol
 from study.questionnaire import Questionnaire, parse_questionnaire
+from study.validation import validation_problems
 
 MAX_BYTES = 1_000_000
 
@@ -114,7 +115,11 @@ def load_questionnaire(name: str, folder: Path) -> Questionnaire:
     for place in places:
         path = place / f"{name}.toml"
         if path.is_file():
-            return parse_questionnaire(read_text(path), str(path))
+            questionnaire = parse_questionnaire(read_text(path), str(path))
+            if questionnaire.name != name:
+                problem = f'name: "{questionnaire.name}" given; must be the file\'s, "{name}"'
+                raise ProtocolError(str(path), [problem])
+            return questionnaire
     known = sorted({file.stem for place in places for file in place.glob("*.toml")})
     raise UnknownNameError("questionnaire", name, known)
 
@@ -165,13 +170,15 @@ def _check_member(
 ) -> None:
     try:
         module = load_member(package, family, name)
-        module.Parameters.model_validate(given)
     except UnknownNameError as error:
         problems.append(f"{path}.name: {error.message}; {error.hint}")
+        return
+    try:
+        module.Parameters.model_validate(given)
     except ValidationError as error:
         problems += validation_problems(error, module.Parameters, f"{path}.parameters")
     except StudyError as error:
-        problems.append(f"{path}.parameters: {error}")
+        problems.append(f"{path}.parameters: {error.message}; {error.hint}")
 
 
 def _check_policy_learns(protocol: Protocol, problems: list[str]) -> None:

@@ -7,25 +7,26 @@ import them.
 
 from __future__ import annotations
 
-import difflib
+import json
 import tomllib
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from study.errors import ProtocolError
+from study.validation import NAME_PATTERN, nearest, validation_problems
 
 Allocation = Literal["manual", "assisted"]
 View = Literal["tiles", "operated_only"]
-Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$")]
+Name = Annotated[str, Field(pattern=NAME_PATTERN)]
 Occasion = Literal["before_reveal", "after_reveal"]
 
 
 class _Part(BaseModel):
     """A table of the protocol file: unknown keys are errors."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class StudyPart(_Part):
@@ -219,28 +220,37 @@ class Protocol(_Part):
 
     @model_validator(mode="after")
     def _check(self) -> Protocol:
+        problems = list(self._disagreements())
+        if problems:
+            raise ValueError("\n".join(problems))
+        return self
+
+    def _disagreements(self) -> Iterator[str]:
+        """Say where parts that are right by themselves do not go together."""
         names = [condition.name for condition in self.conditions]
-        twice = sorted({name for name in names if names.count(name) > 1})
-        if twice:
-            raise ValueError(f"conditions: the name {', '.join(twice)} is given twice")
+        for name in sorted({name for name in names if names.count(name) > 1}):
+            yield f'conditions: the name "{name}" is given twice'
+        asked = [use.name for use in self.questionnaires]
+        for name in sorted({name for name in asked if asked.count(name) > 1}):
+            yield f'questionnaires: "{name}" is listed twice; list it once with all its occasions'
         if self.phase_three.order == "ab_ba" and len(names) != 2:
-            raise ValueError(
+            yield (
                 f'phase_three.order: "ab_ba" needs two conditions, {len(names)} given; '
                 'use "latin_square"'
             )
         for condition in self.conditions:
             if condition.scorer and condition.scorer not in self.scorers:
-                raise ValueError(
+                yield (
                     f'conditions.{condition.name}.scorer: "{condition.scorer}" is not under '
-                    f"[scorers]; there: {', '.join(self.scorers) or 'none'}"
+                    f"[scorers]; {nearest(condition.scorer, list(self.scorers))}"
+                    f"there: {', '.join(self.scorers) or 'none'}"
                 )
-        largest = max(self.phase_two.robots, *(condition.robots for condition in self.conditions))
+        largest = max([self.phase_two.robots, *(each.robots for each in self.conditions)])
         if largest > len(self.keys.robots):
-            raise ValueError(
+            yield (
                 f"keys.robots: {len(self.keys.robots)} keys given for a fleet of {largest}; "
                 "give one key a robot"
             )
-        return self
 
     def condition(self, name: str) -> Condition:
         """Return the condition of that name; the name must exist."""
@@ -263,7 +273,9 @@ def parse_protocol(text: str, source: str) -> Protocol:
     except tomllib.TOMLDecodeError as error:
         raise ProtocolError(source, [f"not TOML: {error}"]) from error
     try:
-        protocol = Protocol.model_validate(raw)
+        # By way of JSON pydantic can be strict ("2" and true are no numbers) and yet take
+        # arrays for tuples.
+        protocol = Protocol.model_validate_json(json.dumps(raw, default=str), strict=True)
     except ValidationError as error:
         raise ProtocolError(source, list(validation_problems(error, Protocol))) from error
     missing = [path for path in protocol.assumptions if not _has_path(raw, path)]
@@ -289,60 +301,3 @@ def _has_path(raw: object, path: str) -> bool:
         if node is None:
             return False
     return True
-
-
-def validation_problems(
-    error: ValidationError, model: type[BaseModel], prefix: str = ""
-) -> Iterator[str]:
-    """Translate pydantic's errors: key path, what was given, what is allowed, nearest name."""
-    for item in error.errors():
-        location = [part for part in item["loc"] if not str(part).startswith(("function-", "["))]
-        path = ".".join([*([prefix] if prefix else []), *(_step(part) for part in location)])
-        kind, given = item["type"], item["input"]
-        lead = f"{path}: " if path else ""
-        if kind == "extra_forbidden":
-            allowed = _keys_at(model, location[:-1])
-            near = difflib.get_close_matches(str(location[-1]), allowed, n=1)
-            hint = f'did you mean "{near[0]}"? ' if near else ""
-            yield f"{lead}unknown key; {hint}allowed here: {', '.join(allowed)}"
-        elif kind == "missing":
-            yield f"{lead}missing; every protocol states it"
-        elif kind == "value_error":
-            yield f"{lead}{item['ctx']['error']}"
-        elif kind == "literal_error":
-            words = [
-                word.strip(" '") for word in item["ctx"]["expected"].replace(" or ", ",").split(",")
-            ]
-            near = difflib.get_close_matches(str(given), words, n=1)
-            hint = f' Did you mean "{near[0]}"?' if near else ""
-            yield f"{lead}{_shown(given)} given, allowed: {item['ctx']['expected']}.{hint}"
-        else:
-            yield f"{lead}{_shown(given)} given; {item['msg'][0].lower()}{item['msg'][1:]}"
-
-
-def _step(part: int | str) -> str:
-    return str(part + 1) if isinstance(part, int) else part
-
-
-def _shown(given: object) -> str:
-    text = repr(given)
-    return text if len(text) <= 60 else f"{text[:57]}..."
-
-
-def _keys_at(model: type[BaseModel], location: list[Any]) -> list[str]:
-    """The keys allowed at a place in the model."""
-    here = model
-    for part in location:
-        field = here.model_fields.get(str(part))
-        # Names of table entries and places in lists are no fields: the model stays.
-        if field is not None:
-            here = _model_in(field.annotation) or here
-    return sorted(here.model_fields)
-
-
-def _model_in(annotation: Any) -> type[BaseModel] | None:  # noqa: ANN401 - a type form
-    """The model that an annotation such as ``tuple[Condition, ...]`` or ``Part | None`` holds."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return annotation
-    found = (_model_in(part) for part in get_args(annotation))
-    return next((model for model in found if model), None)

@@ -7,7 +7,7 @@ import tomllib
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from study.errors import ProtocolError
-from study.protocol import validation_problems
+from study.validation import NAME_PATTERN, validation_problems
 
 
 class Item(BaseModel):
@@ -15,7 +15,7 @@ class Item(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    id: str = Field(pattern=r"^[a-z][a-z0-9_]{0,39}$", description="id in the data")
+    id: str = Field(pattern=NAME_PATTERN, description="id in the data")
     text: str = Field(min_length=1, max_length=300, description="the sentence")
 
 
@@ -28,7 +28,7 @@ class Questionnaire(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    name: str = Field(pattern=r"^[a-z][a-z0-9_]{0,39}$", description="the file's stem")
+    name: str = Field(pattern=NAME_PATTERN, description="the file's stem")
     version: int = Field(ge=1, description="raised with every change of wording")
     title: str = Field(min_length=1, max_length=80, description="headline of the screen")
     prompt: str = Field(min_length=1, max_length=200, description="instruction under it")

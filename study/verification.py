@@ -32,6 +32,7 @@ class Verdict:
         difference: the first disagreement, in words; empty if none.
         resimulated: timesteps stepped anew and compared; 0 if not asked for.
         largest_deviation: largest absolute difference of a state stepped anew.
+        problems: why the file is not whole, in words; what could be read was compared.
     """
 
     inputs: int
@@ -40,6 +41,7 @@ class Verdict:
     difference: str = ""
     resimulated: int = 0
     largest_deviation: float = 0.0
+    problems: tuple[str, ...] = ()
 
 
 def verify(path: Path, *, resimulate: bool = False) -> Verdict:
@@ -53,7 +55,12 @@ def verify(path: Path, *, resimulate: bool = False) -> Verdict:
     Raises:
         RecordingError: the file is no recording of ours.
     """
-    return verify_recording(read_recording(path), resimulate=resimulate)
+    recording = read_recording(path)
+    verdict = verify_recording(recording, resimulate=resimulate)
+    if recording.complete:
+        return verdict
+    problems = recording.problems or ("The recording was not finished.",)
+    return dataclasses.replace(verdict, problems=problems)
 
 
 def verify_recording(recording: Recording, *, resimulate: bool = False) -> Verdict:
@@ -85,6 +92,8 @@ def verify_recording(recording: Recording, *, resimulate: bool = False) -> Verdi
         expected = [(event.topic, encode(event)) for event in step.events]
         if twin:
             twin.expect([e for e in step.effects if isinstance(e, StartFleet | StepFleet)])
+    if not difference and not inputs:
+        difference = "the recording holds no inputs to replay"
     if not difference and expected and recording.complete:
         difference = f"{expected[0][0]} is missing at the end"
     if twin and not difference:

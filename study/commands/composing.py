@@ -18,6 +18,7 @@ from study.events.inputs import SessionOpened
 from study.events.shell import ClockPair
 from study.loading import LoadedProtocol
 from study.orders import least_used_order, possible_orders
+from study.protocol import parse_protocol
 from study.recording.client import Recorder
 from study.recording.reader import read_recording
 
@@ -70,14 +71,16 @@ def orders_used(folder: Path, study: str) -> dict[str, tuple[str, ...]]:
     for path in sorted([*folder.glob("*.mcap"), *folder.glob("*.mcap.part")]):
         try:
             for _, opened in read_recording(path).records("input/session_opened"):
-                if (
-                    isinstance(opened, SessionOpened)
-                    and f'name = "{study}"' in opened.protocol_toml
-                ):
+                if isinstance(opened, SessionOpened) and _study_of(opened) == study:
                     used[opened.participant] = opened.order
         except StudyError:
             continue
     return used
+
+
+def _study_of(opened: SessionOpened) -> str:
+    """Return the name of the study that a recorded session belongs to."""
+    return parse_protocol(opened.protocol_toml, "the recorded protocol").study.name
 
 
 def next_order(loaded: LoadedProtocol, used: list[tuple[str, ...]]) -> tuple[str, ...]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import Annotated
 
@@ -11,11 +10,12 @@ import typer
 from study.commands.simulate import simulate_with_progress
 from study.commands.terminal import console
 from study.errors import StudyError
+from study.recording.reader import read_recording
 
 
 def demo(
     recordings: Annotated[
-        Path, typer.Option(help="Folder of the recordings; emptied of earlier demo recordings.")
+        Path, typer.Option(help="Folder of the recordings; emptied of earlier simulated ones.")
     ] = Path("recordings/demo"),
     report: Annotated[Path, typer.Option("--report", help="Folder of the report.")] = Path(
         "reports/demo"
@@ -40,13 +40,19 @@ def demo(
 
 def _clear(folder: Path) -> None:
     """Remove an earlier demo's recordings, and nothing that a person made."""
-    marker = folder / ".demo"
-    if folder.is_dir() and any(folder.iterdir()):
-        if not marker.is_file():
+    found = sorted(folder.iterdir()) if folder.is_dir() else []
+    for path in found:
+        if not _is_simulated(path):
             raise StudyError(
-                f"{folder} holds files that no demo wrote",
-                "Give another folder with --recordings; recordings are never overwritten.",
+                f"{path} is no recording of a simulated participant",
+                "Give another folder with --recordings; the demo empties the one it is given.",
             )
-        shutil.rmtree(folder)
-    folder.mkdir(parents=True, mode=0o700)
-    marker.write_text("Recordings of a demonstration; the next one replaces them.\n")
+    for path in found:
+        path.unlink()
+
+
+def _is_simulated(path: Path) -> bool:
+    try:
+        return read_recording(path).metadata.get("operator_kind") == "simulated"
+    except (StudyError, OSError):
+        return False

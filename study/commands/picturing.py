@@ -22,7 +22,7 @@ from study.shell.virtual_loop import VirtualClock, run_virtual
 from study.simulated.operator import SimulatedOperator
 from study.simulated.parameters import draw_parameters
 
-MOMENT = 60
+MOMENT = 67
 """Timestep of a trial that is pictured; the last one if the trial is shorter."""
 
 

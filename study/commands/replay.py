@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.markup import escape
 
 from study.commands.terminal import console, errors
 from study.errors import StudyError
@@ -22,7 +23,8 @@ def replay(
 ) -> None:
     """Replay a recording's inputs through the session and compare what follows.
 
-    Exit status 0: everything agrees. 1: something differs.
+    Exit status 0: everything agrees. 1: something differs, or the file
+    is not whole, so that only a part could be compared.
     """
     from study.verification import verify as check  # noqa: PLC0415 - slow to import
 
@@ -38,6 +40,11 @@ def replay(
             f"largest difference of a state {verdict.largest_deviation:g}"
         )
     if not verdict.matches:
-        errors.print(f"[bold red]Different:[/] {verdict.difference}")
+        errors.print(f"[bold red]Different:[/] {escape(verdict.difference)}")
+        raise typer.Exit(1)
+    if verdict.problems:
+        errors.print("[bold yellow]Not whole:[/] what can be read agrees, but")
+        for problem in verdict.problems:
+            errors.print(f"  {escape(problem)}")
         raise typer.Exit(1)
     console.print("[green]Identical:[/] every event follows from the inputs, byte for byte.")

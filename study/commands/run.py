@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.markup import escape
 
 from study.commands.terminal import console, errors
 from study.errors import StudyError
@@ -23,7 +24,7 @@ def run(
     order: Annotated[
         str, typer.Option(help="Conditions in order, by commas; default: the least used one.")
     ] = "",
-    seed: Annotated[int | None, typer.Option(min=0, help="Session seed.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, max=2**63 - 1, help="Session seed.")] = None,
     size: Annotated[str, typer.Option(help="Window size, such as 1280x960.")] = "",
     fullscreen: Annotated[bool, typer.Option("--fullscreen", help="Fill the screen.")] = False,  # noqa: FBT002
     again: Annotated[  # noqa: FBT002
@@ -42,7 +43,7 @@ def run(
     path, complete = run_session(
         loaded, assignment, output, size=parse_size(size), fullscreen=fullscreen
     )
-    console.print(f"Recorded in {path}")
+    console.print(f"Recorded in {escape(str(path))}")
     if not complete:
         errors.print("[yellow]The session was ended early; the recording holds what there was.[/]")
         raise typer.Exit(3)

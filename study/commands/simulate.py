@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from study.commands.terminal import console
+from study.errors import StudyError
 from study.loading import load_protocol
 
 
@@ -36,6 +38,8 @@ def simulate_with_progress(
         simulate_study,
     )
 
+    if jobs == 0:
+        raise StudyError("0 processes", "Give --jobs 1 or more, or -1 for all cores.")
     loaded = load_protocol(protocol)
     count = participants or loaded.protocol.study.planned_participants
     study_seed = default_seed(loaded) if seed is None else seed
@@ -46,5 +50,7 @@ def simulate_with_progress(
         for path in simulate_study(str(loaded.path), count, study_seed, output, jobs):
             recordings.append(path)
             progress.advance(task)
-    console.print(f"{count} simulated participants (seed {study_seed}), recordings in {output}")
+    console.print(
+        f"{count} simulated participants (seed {study_seed}), recordings in {escape(str(output))}"
+    )
     return recordings

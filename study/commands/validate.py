@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 
 import typer
+from rich.markup import escape
 from rich.table import Table
 
 from study.commands.terminal import console
@@ -17,7 +18,7 @@ def validate(
 ) -> None:
     """Check a protocol file; print its dwell in seconds and the minutes of each stage."""
     loaded = load_protocol(protocol)
-    console.print(f"[green]Valid:[/] {loaded.path} (sha256 {loaded.sha256[:12]})")
+    console.print(f"[green]Valid:[/] {escape(str(loaded.path))} (sha256 {loaded.sha256[:12]})")
     for condition, seconds in dwell_seconds(loaded.protocol):
         console.print(
             f"Condition {condition.name}: dwell {condition.dwell} timesteps = {seconds:.2f} s"
@@ -26,7 +27,7 @@ def validate(
     total = 0.0
     for stage, minutes in expected_minutes(loaded.protocol, loaded.description.horizon):
         total += minutes
-        table.add_row(stage, f"{minutes:.1f}")
+        table.add_row(stage, f"{minutes:.1f}" if minutes >= 0.1 else "under 0.1")
     table.add_row("Together", f"{total:.1f}", style="bold")
     console.print(table)
     console.print(f"Assumptions marked: {len(loaded.protocol.assumptions)}")

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
-import select
 import subprocess
 import sys
 import threading
@@ -19,6 +17,7 @@ from study.errors import StudyError
 from study.events.fields import Record
 from study.recording.framing import MESSAGE_HEADER, SEQUENCE, FrameKind, FrameSplitter, frame
 from study.recording.opening import channel_numbers, opening_payload
+from study.recording.pipe_sender import PipeSender
 from study.recording.spawning import spawn_writer
 from study.recording.wire import encode
 
@@ -27,8 +26,6 @@ BACKLOG_LIMIT = 64 * 2**20
 
 START_TIMEOUT = 30.0
 """Seconds within which the writer process must have made the file."""
-
-_CAN_SELECT = os.name == "posix"
 
 
 class BacklogError(StudyError):
@@ -56,14 +53,10 @@ class Recorder:
         assert process.stdout is not None  # noqa: S101
         self.path = path
         self._process = process
-        self._pipe = process.stdin.fileno()
         self._answers = process.stdout.fileno()
         self._backlog_limit = backlog_limit
-        self._batch_bytes = batch_bytes
-        self._gathered = 0
         self._channels = channel_numbers()
         self._changed = threading.Condition()
-        self._outgoing: deque[memoryview] = deque()
         self._kept: deque[tuple[int, bytes]] = deque()
         self._kept_bytes = 0
         self._sent = 0
@@ -72,11 +65,8 @@ class Recorder:
         self._closing = False
         self._finished: Path | None = None
         self._failure: StudyError | None = None
-        if _CAN_SELECT:
-            os.set_blocking(self._pipe, False)
-        self._sender = threading.Thread(target=self._send_rest, daemon=True, name="recorder-send")
+        self._sender = PipeSender(process.stdin.fileno(), self._changed, batch_bytes)
         self._listener = threading.Thread(target=self._listen, daemon=True, name="recorder-answers")
-        self._sender.start()
         self._listener.start()
 
     @classmethod
@@ -124,7 +114,7 @@ class Recorder:
         opening = opening_payload(path, attachments, metadata, time.time_ns())
         recorder = cls(spawn_writer(), path, backlog_limit=backlog_limit, batch_bytes=batch_bytes)
         with recorder._changed:
-            recorder._send(frame(FrameKind.OPEN, opening))
+            recorder._sender.send(frame(FrameKind.OPEN, opening), at_once=True)
             recorder._changed.wait_for(
                 lambda: recorder._ready or recorder._failure is not None, START_TIMEOUT
             )
@@ -210,11 +200,7 @@ class Recorder:
             self._sent = sequence
             self._kept.append((sequence, framed))
             self._kept_bytes += len(framed)
-            self._gathered += len(framed)
-            if self._gathered > self._batch_bytes:
-                self._send(framed)
-            else:
-                self._outgoing.append(memoryview(framed))
+            self._sender.send(framed, at_once=False)
         return sequence
 
     def ensure_durable(self, timeout_s: float) -> bool:
@@ -226,7 +212,7 @@ class Recorder:
         with self._changed:
             target = self._sent
             if self._durable < target and self._failure is None and not self._closing:
-                self._send(frame(FrameKind.SYNC))
+                self._sender.send(frame(FrameKind.SYNC), at_once=True)
             self._changed.wait_for(
                 lambda: self._durable >= target or self._failure is not None, timeout_s
             )
@@ -246,9 +232,8 @@ class Recorder:
         deadline = time.monotonic() + timeout
         with self._changed:
             self._closing = True
-            self._changed.notify_all()
-        self._sender.join(timeout)
-        if not self._sender.is_alive() and self._process.stdin is not None:
+            self._sender.close()
+        if self._sender.join(timeout) and self._process.stdin is not None:
             self._process.stdin.close()
         self._listener.join(max(0.0, deadline - time.monotonic()))
         if self._finished is None and self._failure is None:
@@ -261,52 +246,6 @@ class Recorder:
             assert self._failure is not None  # noqa: S101 - one of the two is set here
             raise self._failure
         return self._finished
-
-    def _send(self, framed: bytes) -> None:
-        """Queue a frame and push as much as the pipe takes. The caller holds the lock."""
-        self._outgoing.append(memoryview(framed))
-        self._gathered = 0
-        if self._batch_bytes and _CAN_SELECT:
-            self._outgoing = deque([memoryview(b"".join(self._outgoing))])
-        if _CAN_SELECT:
-            self._push()
-        if self._outgoing:
-            self._changed.notify_all()
-
-    def _push(self) -> None:
-        """Write to the pipe until it is full. The caller holds the lock."""
-        try:
-            while self._outgoing:
-                rest = self._outgoing[0]
-                written = os.write(self._pipe, rest)
-                if written < len(rest):
-                    self._outgoing[0] = rest[written:]
-                else:
-                    self._outgoing.popleft()
-        except BlockingIOError:
-            return
-        except OSError:
-            # The listener learns why: the writer says so, or ends.
-            self._outgoing.clear()
-
-    def _send_rest(self) -> None:
-        """Send what the pipe had no room for, until the recording is closed."""
-        while True:
-            with self._changed:
-                self._changed.wait_for(lambda: self._outgoing or self._closing)
-                if not self._outgoing:
-                    return
-                first = self._outgoing[0]
-            if _CAN_SELECT:
-                select.select([], [self._pipe], [], 0.1)
-                with self._changed:
-                    self._push()
-                continue
-            # Pipes elsewhere cannot be asked: this thread, the only one that writes, waits.
-            with contextlib.suppress(OSError):
-                os.write(self._pipe, first)
-            with self._changed:
-                self._outgoing.popleft()
 
     def _listen(self) -> None:
         """Take the writer's answers until it ends."""
@@ -356,8 +295,8 @@ class Recorder:
         """Release the pipes of a writer that has ended or is about to."""
         with self._changed:
             self._closing = True
-            self._outgoing.clear()
-            self._changed.notify_all()
+            self._sender.clear()
+            self._sender.close()
         self._sender.join()
         self._process.wait()
         self._listener.join()

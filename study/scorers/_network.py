@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
@@ -21,8 +22,9 @@ class NetworkParameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    hidden: tuple[int, ...] = Field(
+    hidden: tuple[Annotated[int, Field(ge=1, le=1024)], ...] = Field(
         (32, 32),
+        max_length=8,
         description="units of each hidden ReLU layer; [] gives a linear scorer, fitted to "
         "convergence (the next four do not apply to it)",
     )

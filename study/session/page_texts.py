@@ -131,13 +131,15 @@ def _phase_three(context: Context, condition: Condition, plan: PagesPlan) -> tup
             robots=condition.robots,
         )
     else:
+        seconds = condition.dwell / context.protocol.timing.timesteps_per_second
         alone = condition.view == "operated_only"
         page = Page(
             header=header,
             title=f"{condition.robots} robots: you are switched",
             subtitle=f"{trials} trials. Which robot you drive is chosen for you.",
             paragraphs=(
-                "Every moment or so you are switched to the robot that seems to need you most. "
+                f"About every {seconds:.1f} seconds you are switched to the robot that seems to "
+                "need you most. "
                 "A ring shows how long is left until the next switch.",
                 "You see only the robot that you drive; the others drive on unseen."
                 if alone

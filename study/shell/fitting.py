@@ -17,7 +17,7 @@ from study.families import load_member
 from study.map_grid import score_grid
 from study.scorers._threads import use_one_thread, warm_up
 from study.session.effects import RequestFit
-from study.shell.workers import Worker
+from study.shell.workers import Worker, WorkerFailure
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -130,6 +130,8 @@ class ProcessFitter:
         if answer is None and time.monotonic() > self._deadline:
             answer = FitAnswer(pending, timed_out=True)
             self._respawn()
+        if isinstance(answer, WorkerFailure):
+            answer = FitAnswer(pending, reason=answer.reason)
         if not isinstance(answer, FitAnswer):
             return None
         self._pending = None

@@ -54,6 +54,9 @@ class Worker:
     """
 
     def __init__(self, make: Callable[..., Serve], *arguments: object) -> None:
+        # A child is told its parent's default, and joblib's default is no name it knows.
+        if multiprocessing.get_start_method(allow_none=True) not in (None, "spawn"):
+            multiprocessing.set_start_method("spawn", force=True)
         context = multiprocessing.get_context("spawn")
         self._connection, theirs = context.Pipe()
         self._process = context.Process(

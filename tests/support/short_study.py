@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import tempfile
 from functools import cache
 from pathlib import Path
@@ -49,8 +48,3 @@ def opened(
         planned_index=0,
         questionnaires_json=loaded.questionnaires_json(),
     )
-
-
-def with_protocol(loaded: LoadedProtocol, given: SessionOpened, text: str) -> SessionOpened:
-    """Return the same first input with another protocol's text."""
-    return dataclasses.replace(given, protocol_toml=text)

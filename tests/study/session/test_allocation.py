@@ -11,7 +11,11 @@ from study.session.controls import Controls
 
 fleets = st.integers(1, 12).flatmap(
     lambda n: st.tuples(
-        st.lists(st.sampled_from([np.nan, np.inf, -np.inf, -1.0, 0.0, -0.0, 1.0, 2.5]), min_size=n, max_size=n),
+        st.lists(
+            st.sampled_from([np.nan, np.inf, -np.inf, -1.0, 0.0, -0.0, 1.0, 2.5]),
+            min_size=n,
+            max_size=n,
+        ),
         st.lists(st.booleans(), min_size=n, max_size=n),
     )
 )

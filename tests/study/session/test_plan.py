@@ -33,7 +33,9 @@ def paper(order: tuple[str, ...] = ORDERS[0]) -> tuple[StagePlan, ...]:
     return stage_plans(load_protocol("scaled_autonomy").protocol, order)
 
 
-def trials(plans: tuple[StagePlan, ...], phase: Phase, condition: str | None = None) -> list[TrialPlan]:
+def trials(
+    plans: tuple[StagePlan, ...], phase: Phase, condition: str | None = None
+) -> list[TrialPlan]:
     """Return the trials of a phase, or of one condition in it."""
     return [
         plan

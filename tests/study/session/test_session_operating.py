@@ -233,9 +233,7 @@ def test_assisted_switches_every_dwell_to_the_best(assisted: FakeShell) -> None:
     assert start.cause == "start"
     other = (start.to_robot + 1) % 5
     scores = [1.0 if robot == other else 0.0 for robot in range(5)]
-    rows = []
-    for _ in range(31):
-        rows.append(only_row(assisted.step(answering(scores=scores))))
+    rows = [only_row(assisted.step(answering(scores=scores))) for _ in range(31)]
     assert [row.operated for row in rows] == [start.to_robot] * 15 + [other] * 16
     assert {row.choice_source for row in rows} == {ChoiceSource.SCORER}
     causes = [(s.cause, s.timestep) for s in switches(assisted.events)]

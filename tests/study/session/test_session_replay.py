@@ -20,7 +20,19 @@ from study.events.inputs import (
 from study.session.effects import StepFleet
 from study.training_sets import choice_sets
 
-KEYS = [*"1234590qyx", "tab", "up", "down", "left", "right", "return", "backspace", "escape", "", "ä"]
+KEYS = [
+    *"1234590qyx",
+    "tab",
+    "up",
+    "down",
+    "left",
+    "right",
+    "return",
+    "backspace",
+    "escape",
+    "",
+    "ä",
+]
 TARGETS = ["", "confirm", "back", "continue", "stop", "robot:0", "robot:4", "robot:99", "robot:x"]
 TARGETS += ["robot:-1", "answer:q1:5", "answer:q2:9", "answer:q9:1", "focus:q2", "answer:q1:"]
 
@@ -38,8 +50,9 @@ moods = st.builds(
     end_chance=st.sampled_from([0.0, 0.1, 0.6]),
     odd_chance=st.sampled_from([0.0, 0.3]),
     lawful=st.booleans(),
-    fits=st.lists(st.sampled_from(["completed", "completed", "failed", "timed out"]), min_size=1)
-    .map(tuple),
+    fits=st.lists(
+        st.sampled_from(["completed", "completed", "failed", "timed out"]), min_size=1
+    ).map(tuple),
 )
 
 

@@ -1,0 +1,91 @@
+"""What pydantic finds wrong, in the words of whoever wrote the file."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+
+NAME_PATTERN = r"^[a-z][a-z0-9_]{0,39}$"
+"""Names that stand in files' names and in data."""
+
+
+def validation_problems(
+    error: ValidationError, model: type[BaseModel], prefix: str = ""
+) -> Iterator[str]:
+    """Translate pydantic's errors: key path, what was given, what is allowed, nearest name."""
+    details = error.errors()
+    misspelt = set(_meant(details, model))
+    for item in details:
+        location = [part for part in item["loc"] if not str(part).startswith(("function-", "["))]
+        path = ".".join([*([prefix] if prefix else []), *(_step(part) for part in location)])
+        kind, given = item["type"], item["input"]
+        lead = f"{path}: " if path else ""
+        if kind == "extra_forbidden":
+            allowed = _keys_at(model, location[:-1])
+            hint = nearest(str(location[-1]), allowed)
+            yield f"{lead}unknown key; {hint}allowed here: {', '.join(allowed) or 'none'}"
+        elif kind == "missing":
+            if item["loc"] not in misspelt:
+                yield f"{lead}missing; every protocol states it"
+        elif kind == "value_error":
+            yield from (f"{lead}{line}" for line in str(item["ctx"]["error"]).splitlines())
+        elif kind == "string_pattern_mismatch":
+            rule = "a lower-case letter, then up to 39 lower-case letters, digits and _"
+            pattern = item["ctx"]["pattern"]
+            allowed_words = rule if pattern == NAME_PATTERN else f"must match {pattern}"
+            yield f"{lead}{_shown(given)} given; allowed: {allowed_words}"
+        elif kind == "literal_error":
+            words = [
+                word.strip(" '") for word in item["ctx"]["expected"].replace(" or ", ",").split(",")
+            ]
+            near = difflib.get_close_matches(str(given), words, n=1)
+            hint = f' Did you mean "{near[0]}"?' if near else ""
+            yield f"{lead}{_shown(given)} given, allowed: {item['ctx']['expected']}.{hint}"
+        else:
+            yield f"{lead}{_shown(given)} given; {item['msg'][0].lower()}{item['msg'][1:]}"
+
+
+def _meant(details: list[Any], model: type[BaseModel]) -> Iterator[tuple[int | str, ...]]:
+    """The places of keys that are missing only because they are misspelt."""
+    for item in details:
+        if item["type"] == "extra_forbidden":
+            *table, key = item["loc"]
+            near = difflib.get_close_matches(str(key), _keys_at(model, table), n=1)
+            yield from ((*table, name) for name in near)
+
+
+def nearest(given: str, known: list[str]) -> str:
+    """Return a question that names the known word closest to ``given``; empty if none is."""
+    near = difflib.get_close_matches(given, known, n=1)
+    return f'did you mean "{near[0]}"? ' if near else ""
+
+
+def _step(part: int | str) -> str:
+    return str(part + 1) if isinstance(part, int) else part
+
+
+def _shown(given: object) -> str:
+    text = repr(given)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _keys_at(model: type[BaseModel], location: list[Any]) -> list[str]:
+    """The keys allowed at a place in the model."""
+    here = model
+    for part in location:
+        field = here.model_fields.get(str(part))
+        # Names of table entries and places in lists are no fields: the model stays.
+        if field is not None:
+            here = _model_in(field.annotation) or here
+    return sorted(here.model_fields)
+
+
+def _model_in(annotation: Any) -> type[BaseModel] | None:  # noqa: ANN401 - a type form
+    """The model that an annotation such as ``tuple[Condition, ...]`` or ``Part | None`` holds."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    found = (_model_in(part) for part in get_args(annotation))
+    return next((model for model in found if model), None)
