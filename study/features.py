@@ -76,29 +76,56 @@ def encode(
     values = states.astype(np.float64)
     if encoding == "raw":
         return values
-    low, span = _ranges(tuple(fields))
-    scaled: Floats = (values - low) / span
+    layout = _layout(tuple(fields))
     if encoding == "scaled":
+        scaled: Floats = (values - layout.low) / layout.span
         return scaled
-    radius = 1 / (2 * np.pi)
+    low, span, radius = layout.low, layout.span, 1 / (2 * np.pi)
     if standard is not None:
-        radius = 1.0
-        scaled = (values - standard.mean) / standard.deviation
-    columns = []
-    for place, field in enumerate(fields):
-        if field.circular:
-            angle = values[..., place] * (2 * np.pi / span[place])
-            columns += [radius * np.sin(angle), radius * np.cos(angle)]
-        else:
-            columns.append(scaled[..., place])
-    return np.stack(columns, axis=-1)
+        low, span, radius = standard.mean, standard.deviation, 1.0
+    features = np.empty((*values.shape[:-1], layout.size))
+    plain = layout.plain
+    features[..., layout.plain_columns] = (values[..., plain] - low[plain]) / span[plain]
+    angles = values[..., layout.circular] * layout.turns
+    features[..., layout.sine_columns] = radius * np.sin(angles)
+    features[..., layout.cosine_columns] = radius * np.cos(angles)
+    return features
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class _Layout:
+    """Where each field goes among the features of "sine_cosine"."""
+
+    low: Floats
+    span: Floats
+    plain: list[int]
+    circular: list[int]
+    turns: Floats
+    plain_columns: list[int]
+    sine_columns: list[int]
+    cosine_columns: list[int]
+    size: int
 
 
 @functools.lru_cache(maxsize=16)
-def _ranges(fields: tuple[StateField, ...]) -> tuple[Floats, Floats]:
-    """Return the smallest value and the extent of each field, float64 [d]."""
+def _layout(fields: tuple[StateField, ...]) -> _Layout:
     low = np.array([field.low for field in fields])
-    return low, np.array([field.high for field in fields]) - low
+    span = np.array([field.high for field in fields]) - low
+    circular = [place for place, field in enumerate(fields) if field.circular]
+    # A circular field takes two columns, and moves all that follow it by one.
+    columns = [place + sum(c < place for c in circular) for place in range(len(fields))]
+    plain = [place for place in range(len(fields)) if place not in circular]
+    return _Layout(
+        low=low,
+        span=span,
+        plain=plain,
+        circular=circular,
+        turns=2 * np.pi / span[circular],
+        plain_columns=[columns[place] for place in plain],
+        sine_columns=[columns[place] for place in circular],
+        cosine_columns=[columns[place] + 1 for place in circular],
+        size=len(fields) + len(circular),
+    )
 
 
 def feature_names(fields: Sequence[StateField]) -> tuple[str, ...]:

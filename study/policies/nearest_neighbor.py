@@ -110,6 +110,7 @@ class NearestNeighbor:
         self._actions = actions
         self._features = encode(states, self._fields, encoding)
         self._tree = cKDTree(self._features)
+        self._ranks = [1, 2][: len(self._features)]
 
     def actions(
         self, states: npt.NDArray[np.float32], random: np.random.Generator
@@ -138,11 +139,11 @@ class NearestNeighbor:
         queries = encode(states, self._fields, self._encoding)
         # The tree returns any one of equally near neighbours. Two are asked for; only where
         # they are (almost) equally near are all that could tie fetched and compared exactly.
-        two = min(2, len(self._features))
-        answer = self._tree.query(queries, k=[*range(1, two + 1)])
+        answer = self._tree.query(queries, k=self._ranks)
         distances, found = np.asarray(answer[0]), np.asarray(answer[1])
-        nearest = found[:, 0].astype(np.intp)
-        for row in np.flatnonzero(distances[:, -1] <= distances[:, 0] * (1 + 1e-9)):
+        nearest: npt.NDArray[np.intp] = found[:, 0].astype(np.intp)
+        close = distances[:, -1] <= distances[:, 0] * (1 + 1e-9)
+        for row in close.nonzero()[0]:
             reach = distances[row, 0] * (1 + 1e-9)
             tied = np.sort(self._tree.query_ball_point(queries[row], reach))
             squared = squared_distances(self._features[tied], queries[row])

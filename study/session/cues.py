@@ -90,7 +90,7 @@ class Cues:
     def _is_shown(self, cue: Cue, t_ns: int) -> bool:
         return t_ns - cue.since_ns < _SHOWN_NS[cue.kind]
 
-    def cue(self, robot: int, state: npt.NDArray[np.float32], t_ns: int) -> Cue | None:
+    def cue(self, robot: int, health: float, t_ns: int) -> Cue | None:
         """Return the cue that a robot's tile shows now, the most urgent one."""
         momentary = self._momentary[robot]
         if momentary is not None and not self._is_shown(momentary, t_ns):
@@ -100,6 +100,6 @@ class Cues:
         since_ns = int(self._anchored_ns[robot])
         if self._has_place and t_ns - since_ns >= STUCK_SECONDS * SECOND:
             return Cue("stuck", (t_ns - since_ns) / SECOND, since_ns)
-        if self._health >= 0 and state[self._health] < LOW_HEALTH:
-            return Cue("low", float(state[self._health]), t_ns)
+        if health < LOW_HEALTH:
+            return Cue("low", health, t_ns)
         return momentary

@@ -126,6 +126,7 @@ class TrialScreens:
         limit = self._description.horizon if plan.ends_with_robot else plan.timesteps
         allocation = self._allocation
         operated = allocation.operated
+        states = self._run.now.states.tolist()
         visible = range(plan.robots) if plan.view == "tiles" else [operated]
         return FleetScreen(
             heading=self._heading,
@@ -134,7 +135,7 @@ class TrialScreens:
             seconds_left=max(0.0, (limit - self._timestep) / rate),
             seconds_total=limit / rate,
             scene=self._description.scene,
-            tiles=tuple(self._tile(robot) for robot in visible if robot >= 0),
+            tiles=tuple(self._tile(robot, states[robot]) for robot in visible if robot >= 0),
             robots=plan.robots,
             operated=operated,
             allocation=plan.allocation,
@@ -160,20 +161,20 @@ class TrialScreens:
             return "Correct the robot whenever it goes wrong"
         return ""
 
-    def _tile(self, robot: int) -> Tile:
+    def _tile(self, robot: int, state: list[float]) -> Tile:
         description = self._description
-        state = self._run.now.states[robot]
 
         def field(place: int, default: float) -> float:
-            return float(state[place]) if place >= 0 else default
+            return state[place] if place >= 0 else default
 
+        health = field(description.health_field, 100.0)
         return Tile(
             robot=robot,
             x=field(description.x_field, description.scene.width / 2),
             y=field(description.y_field, description.scene.height / 2),
             heading=field(description.heading_field, 0.0),
-            health=field(description.health_field, 100.0),
-            cue=self._cues.cue(robot, state, self._t_ns),
+            health=health,
+            cue=self._cues.cue(robot, health, self._t_ns),
             episode=self._run.episodes[robot],
         )
 

@@ -34,6 +34,10 @@ TOPICS = (
 )
 
 
+PHASE_FOUR = 4
+"""The robots drive on their own: there is nothing to press."""
+
+
 class Participant:
     """Goes through a whole session by keys and mouse.
 
@@ -89,7 +93,7 @@ class Participant:
                 self._drive(stage)
             elif stage.kind == "survey":
                 self._answer()
-            elif stage.kind in ("pages", "trial", "reveal"):
+            elif stage.kind in ("pages", "trial", "reveal") and stage.phase < PHASE_FOUR:
                 self._hands.tap("return")
                 time.sleep(0.12)
             else:
