@@ -12,21 +12,21 @@ CHECKS = {
     "ruff check": ["ruff", "check", "."],
     "ruff format": ["ruff", "format", "--check", "."],
     "mypy": ["mypy"],
-    "import-linter": ["import_linter"],
+    "import-linter": ["lint-imports"],
+    "pre-commit": ["pre-commit", "validate-config"],
+    "reference docs": ["python", "tools/write_reference.py", "--check"],
 }
 
 
 def main() -> int:
     """Run the checks in turn; all of them, so that one run shows every problem."""
     failed = []
-    for name, (module, *arguments) in CHECKS.items():
-        if module == "import_linter":
-            command = [str(Path(sys.executable).with_name("lint-imports"))]
-        else:
-            command = [sys.executable, "-m", module, *arguments]
+    programs = Path(sys.executable).parent
+    environment = {**os.environ, "COLUMNS": "100"}
+    for name, (program, *arguments) in CHECKS.items():
         print(f"== {name}", flush=True)
-        quiet = {**os.environ, "COLUMNS": "100"}
-        if subprocess.run(command, cwd=ROOT, env=quiet, check=False).returncode:
+        command = [str(programs / program), *arguments]
+        if subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode:
             failed.append(name)
     if failed:
         print(f"Failed: {', '.join(failed)}")

@@ -9,6 +9,7 @@ import typer
 
 from study.commands.terminal import console
 from study.loading import load_protocol
+from study.shell.pygame_check import require_pygame_ce
 
 
 def gallery(
@@ -25,6 +26,7 @@ def gallery(
     from study.commands.picturing import draw_gallery  # noqa: PLC0415 - pygame is slow to import
     from study.commands.run import parse_size  # noqa: PLC0415
 
+    require_pygame_ce()
     loaded = load_protocol(protocol)
     pictures = draw_gallery(loaded, output, parse_size(size) or (1280, 960))
     console.print(f"{len(pictures)} pictures in {output}")

@@ -63,7 +63,7 @@ def _name(screen: Screen) -> str:
     title = getattr(screen, "title", "") or getattr(screen, "header_left", "")
     words = "".join(letter if letter.isalnum() else "_" for letter in title.lower())
     after = "_after_reveal" if getattr(screen, "prompt", "").startswith("Now") else ""
-    return f"{kind}_{words[:40].strip('_')}{after}"
+    return f"{kind}_{words[:60].strip('_')}{after}".strip("_")
 
 
 def draw_gallery(loaded: LoadedProtocol, folder: Path, size: tuple[int, int]) -> list[Path]:

@@ -11,6 +11,7 @@ from rich.markup import escape
 from study.commands.terminal import console, errors
 from study.errors import StudyError
 from study.loading import load_protocol
+from study.shell.pygame_check import require_pygame_ce
 
 
 def run(
@@ -34,6 +35,7 @@ def run(
     """Run one session with a person at the keyboard, in a window."""
     from study.commands.running import assign, run_session  # noqa: PLC0415 - pygame is slow to import
 
+    require_pygame_ce()
     loaded = load_protocol(protocol)
     assignment = assign(loaded, participant, output, order=order, seed=seed, again=again)
     console.print(

@@ -1,0 +1,61 @@
+"""Write docs/images anew: every screen of the pilot, reduced to 128 colours."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+
+from study.commands.picturing import draw_gallery
+from study.loading import load_protocol
+
+IMAGES = Path(__file__).resolve().parents[1] / "docs" / "images"
+SIZE = (1280, 960)
+COLOURS = 128
+NAMES = {
+    "page_welcome": "welcome",
+    "page_bring_the_robots_to_their_goal": "how_it_works",
+    "page_first__a_short_drive": "practice_page",
+    "fleet_manual_tiles_1": "practice",
+    "page_teach_one_robot": "phase_one_page",
+    "fleet_correction_tiles_1": "phase_one",
+    "page_look_after_4_robots": "phase_two_page",
+    "fleet_manual_tiles_4": "phase_two",
+    "page_12_robots__you_choose": "manual_page",
+    "fleet_manual_tiles_12": "manual",
+    "page_12_robots__you_are_switched": "assisted_page",
+    "fleet_assisted_operated_only_12": "assisted",
+    "survey_about_the_block_you_just_finished": "survey",
+    "survey_about_the_block_you_just_finished_after_reveal": "survey_after_reveal",
+    "reveal_part_3_of_4__block_1_of_2__finished": "reveal",
+    "end_thank_you": "thanks",
+    "pause": "pause",
+    "ready_trial": "ready_trial",
+    "ready_episode": "ready_episode",
+    "wait_fit": "wait_fit",
+    "wait_phase_four": "wait_phase_four",
+}
+"""The gallery's name of a screen to the docs' name; the second block's reveal is left out."""
+
+
+def main() -> int:
+    """Draw and reduce; fail if a screen of the docs was not drawn."""
+    with tempfile.TemporaryDirectory() as folder:
+        pictures = draw_gallery(load_protocol("pilot"), Path(folder), SIZE)
+        drawn = {path.stem.partition("_")[2]: path for path in pictures}
+        missing = sorted(set(NAMES) - set(drawn))
+        if missing:
+            print(f"No longer drawn: {', '.join(missing)}; drawn: {', '.join(drawn)}")
+            return 1
+        for name, target in NAMES.items():
+            with Image.open(drawn[name]) as picture:
+                reduced = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+                reduced.save(IMAGES / f"{target}.png", optimize=True)
+    print(f"{len(NAMES)} pictures in {IMAGES}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
