@@ -12,12 +12,15 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from analysis.damaged import KnownTrials, broken_trials, unknown_trials
 from study.errors import RecordingError, StudyError
 from study.events.events import SessionEnded, TrialEnded, TrialStarted
 from study.events.fields import Record
 from study.events.inputs import SessionOpened
 from study.events.task_description import TaskDescription
-from study.recording.reader import read_recording
+from study.recording.losses import Loss
+from study.recording.parts import base_name, join_parts, part_files
+from study.recording.reader import Recording, read_recording
 
 SUFFIX = ".mcap"
 
@@ -32,6 +35,10 @@ class RecordingSource(Protocol):
     @property
     def problems(self) -> Sequence[str]:
         """What is wrong with the file, in words."""
+
+    @property
+    def losses(self) -> Sequence[Loss]:
+        """Which records are missing."""
 
     @property
     def sha256(self) -> str:
@@ -56,7 +63,13 @@ class Session:
         protocol: the protocol as recorded, parsed.
         task: what the task said of itself.
         trials: how each fleet run began, by trial id.
-        trial_ends: how each finished fleet run ended, by trial id.
+        trial_ends: how each finished fleet run ended, by trial id; one of which records are
+            missing counts as incomplete.
+        damaged_trials: ids of fleet runs of which records are missing.
+        unknown_trials: how many timesteps are left out of each fleet run whose beginning is
+            missing, by trial id.
+        left_out_trials: fleet runs broken off by a crash, which a resume went back behind; they
+            are in none of the data here.
     """
 
     file: str
@@ -67,6 +80,9 @@ class Session:
     task: TaskDescription
     trials: Mapping[int, TrialStarted]
     trial_ends: Mapping[int, TrialEnded]
+    damaged_trials: tuple[int, ...] = ()
+    unknown_trials: Mapping[int, int] = dataclasses.field(default_factory=dict)
+    left_out_trials: int = 0
 
     @property
     def complete(self) -> bool:
@@ -115,9 +131,9 @@ def find_files(paths: Sequence[Path]) -> list[Path]:
     found: dict[Path, Path] = {}
     for path in paths:
         if path.is_dir():
-            members = sorted(path.rglob(f"*{SUFFIX}"))
+            members = _members(path)
         elif path.is_file():
-            members = [path]
+            members = part_files(path)
         else:
             raise StudyError(f"{path}: no such file or folder", "Give recordings or their folder.")
         found.update({member.resolve(): member for member in members})
@@ -130,8 +146,20 @@ def find_files(paths: Sequence[Path]) -> list[Path]:
     return [found[key] for key in sorted(found)]
 
 
+def _members(folder: Path) -> list[Path]:
+    """Return the recordings of a folder, with the torn parts of those that have later ones."""
+    members = sorted(folder.rglob(f"*{SUFFIX}"))
+    named = {(path.parent, base_name(path)) for path in members}
+    torn = [
+        path
+        for path in folder.rglob(f"*{SUFFIX}.part")
+        if (path.parent, base_name(path)) in named and not path.with_suffix("").exists()
+    ]
+    return [*members, *torn]
+
+
 def load_recordings(paths: Sequence[Path], *, mixed: bool = False) -> StudyRecordings:
-    """Open recordings and choose one session for each participant.
+    """Open recordings, join the parts of each session and choose one session a participant.
 
     Files that cannot be used are set aside with the reason, not passed over in silence.
 
@@ -142,15 +170,27 @@ def load_recordings(paths: Sequence[Path], *, mixed: bool = False) -> StudyRecor
     Raises:
         StudyError: nothing can be used, or protocols differ and ``mixed`` is false.
     """
+    recordings: list[Recording] = []
     sessions: list[Session] = []
     set_aside: list[SetAside] = []
+
+    def leave_out(path: Path, error: RecordingError) -> None:
+        # Outputs must not depend on where the files lie.
+        reason = error.message.replace(str(path.resolve()), path.name)
+        set_aside.append(SetAside(path.name, "", reason.replace(str(path), path.name)))
+
     for path in find_files(paths):
         try:
-            sessions.append(open_session(path.name, read_recording(path)))
+            recordings.append(read_recording(path))
         except RecordingError as error:
-            # Outputs must not depend on where the files lie.
-            reason = error.message.replace(str(path.resolve()), path.name)
-            set_aside.append(SetAside(path.name, "", reason.replace(str(path), path.name)))
+            leave_out(path, error)
+    for joined in join_parts(recordings):
+        try:
+            session = open_session(joined.path.name, joined)
+            left_out = joined.left_out_trials
+            sessions.append(dataclasses.replace(session, left_out_trials=left_out))
+        except RecordingError as error:
+            leave_out(joined.path, error)
     return choose_sessions(sessions, set_aside, mixed=mixed)
 
 
@@ -171,24 +211,37 @@ def open_session(file: str, recording: RecordingSource) -> Session:
         raise RecordingError(f"{file}: its protocol is unreadable: {error}") from error
     started: dict[int, TrialStarted] = {}
     ends: dict[int, TrialEnded] = {}
+    began: dict[int, int] = {}
+    over: dict[int, int] = {}
     ended: SessionEnded | None = None
     topics = (TrialStarted.topic, TrialEnded.topic, SessionEnded.topic)
-    for _, record in recording.records(*topics):
+    for sequence, record in recording.records(*topics):
         if isinstance(record, TrialStarted):
             started[record.trial_id] = record
+            began[record.trial_id] = sequence
         elif isinstance(record, TrialEnded):
             ends[record.trial_id] = record
+            over[record.trial_id] = sequence
         elif isinstance(record, SessionEnded):
             ended = record
+    damaged = broken_trials(recording.losses, began, over)
+    unknown = unknown_trials(recording, began) if recording.losses else {}
+    ends = {
+        trial: dataclasses.replace(end, complete=end.complete and trial not in damaged)
+        for trial, end in ends.items()
+        if trial in started
+    }
     return Session(
         file=file,
-        recording=recording,
+        recording=KnownTrials(recording, frozenset(started)) if unknown else recording,
         opened=opened,
         ended=ended,
         protocol=protocol,
         task=TaskDescription.from_json(opened.task_json),
         trials=started,
         trial_ends=ends,
+        damaged_trials=damaged,
+        unknown_trials=unknown,
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 
 class StudyError(Exception):
     """Something that the user can mend; the message says what was given and what to do.
@@ -9,7 +11,12 @@ class StudyError(Exception):
     Args:
         message: what was given and what was expected.
         hint: what to do about it.
+
+    Attributes:
+        exit_status: with which a command ends that shows it.
     """
+
+    exit_status: ClassVar[int] = 2
 
     def __init__(self, message: str, hint: str = "") -> None:
         super().__init__(message)
@@ -48,6 +55,12 @@ class ProtocolError(StudyError):
 
 class RecordingError(StudyError):
     """A file that is no recording of ours, is damaged, or is newer than this program."""
+
+
+class RecordingFailedError(StudyError):
+    """A session could not be recorded to its end; the message says what of it is safe."""
+
+    exit_status = 4
 
 
 class UnknownNameError(StudyError):

@@ -11,10 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
+from study.errors import RecordingError
 from study.events.events import Event
 from study.events.inputs import FitCompleted, FleetObserved, Input, SessionOpened
 from study.protocol import parse_protocol
-from study.recording.reader import Recording, read_recording
+from study.recording.parts import SessionRecording, part_number, read_session
+from study.recording.reader import Recording
 from study.recording.wire import decode, encode
 from study.session.effects import StartFleet, StepFleet
 from study.session.session import Session
@@ -32,7 +34,9 @@ class Verdict:
         difference: the first disagreement, in words; empty if none.
         resimulated: timesteps stepped anew and compared; 0 if not asked for.
         largest_deviation: largest absolute difference of a state stepped anew.
-        problems: why the file is not whole, in words; what could be read was compared.
+        problems: why the files are not whole, in words; what could be read was compared.
+        parts: files that the session was recorded in.
+        left_out_trials: fleet runs broken off, which a resume went back behind.
     """
 
     inputs: int
@@ -42,28 +46,41 @@ class Verdict:
     resimulated: int = 0
     largest_deviation: float = 0.0
     problems: tuple[str, ...] = ()
+    parts: int = 1
+    left_out_trials: int = 0
 
 
 def verify(path: Path, *, resimulate: bool = False) -> Verdict:
-    """Replay a recording's inputs and compare the encoded events byte for byte.
+    """Replay a session's inputs and compare the encoded events byte for byte.
 
     Args:
-        path: the recording.
+        path: the recording. If it is a part, the others beside it belong to the replay.
         resimulate: also step the task anew and compare what the fleet answered. Exact on
             the same platform and lock; the largest deviation is reported elsewhere.
 
     Raises:
-        RecordingError: the file is no recording of ours.
+        RecordingError: the file is no recording of ours, or the first part is not beside it.
     """
-    recording = read_recording(path)
-    verdict = verify_recording(recording, resimulate=resimulate)
+    recording = read_session(path)
+    if part_number(recording.parts[0]) > 1:
+        raise RecordingError(
+            f"{path.name} is a later part, and part 1 is not beside it",
+            "Put all parts of the session into one folder.",
+        )
+    verdict = dataclasses.replace(
+        verify_recording(recording, resimulate=resimulate),
+        parts=len(recording.parts),
+        left_out_trials=recording.left_out_trials,
+    )
     if recording.complete:
         return verdict
     problems = recording.problems or ("The recording was not finished.",)
     return dataclasses.replace(verdict, problems=problems)
 
 
-def verify_recording(recording: Recording, *, resimulate: bool = False) -> Verdict:
+def verify_recording(
+    recording: Recording | SessionRecording, *, resimulate: bool = False
+) -> Verdict:
     """As `verify`, for a recording already opened."""
     session = Session()
     expected: list[tuple[str, bytes]] = []

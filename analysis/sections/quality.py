@@ -8,6 +8,7 @@ import math
 import numpy as np
 
 from analysis.formatting import number
+from analysis.recordings import Session
 from analysis.results import StudyResults
 
 
@@ -51,8 +52,11 @@ def flags(results: StudyResults) -> list[Flag]:
             kept = "Left out" if who in left_out else "Kept; tested without as well"
             found.append(Flag("Incomplete session", who, f"Ended early: {reason}", kept))
         found += [
-            Flag("File", who, problem, "Read as far as it is whole")
+            Flag("File", who, problem, "What is readable is analysed")
             for problem in session.recording.problems
+        ]
+        found += [
+            Flag("Lost records", who, text, "Not in the tests") for text in _lost_in_trials(session)
         ]
     broken = data.broken_trials
     for who, condition, trial in zip(
@@ -78,6 +82,19 @@ def flags(results: StudyResults) -> list[Flag]:
         for name in data.unknown_rules
     ]
     return found
+
+
+def _lost_in_trials(session: Session) -> list[str]:
+    """Say of which fleet runs records are missing."""
+    texts = []
+    if session.damaged_trials:
+        numbers = ", ".join(map(str, session.damaged_trials))
+        texts.append(f"Records are missing of fleet runs {numbers}: they count as incomplete")
+    texts += [
+        f"The beginning of fleet run {trial} is missing: its {count} timesteps are left out"
+        for trial, count in session.unknown_trials.items()
+    ]
+    return texts
 
 
 def timing_rows(results: StudyResults) -> list[TimingRow]:

@@ -20,6 +20,7 @@ from study.loading import LoadedProtocol
 from study.orders import least_used_order, possible_orders
 from study.protocol import parse_protocol
 from study.recording.client import Recorder
+from study.recording.failover import FailoverRecorder
 from study.recording.reader import read_recording
 
 PARTICIPANT = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,31}")
@@ -123,7 +124,41 @@ def versions() -> dict[str, str]:
 def start_recorder(
     folder: Path, loaded: LoadedProtocol, opened: SessionOpened, *, batch_bytes: int = 0
 ) -> Recorder:
-    """Start the writer process on a new file of the session."""
+    """Start the writer process on a new file of a session that could be run again."""
+    return Recorder.start(folder, *_described(loaded, opened), batch_bytes=batch_bytes)
+
+
+def start_failover_recorder(
+    folder: Path,
+    loaded: LoadedProtocol,
+    opened: SessionOpened,
+    *,
+    name: str = "",
+    part: int = 1,
+    first_sequence: int = 1,
+) -> FailoverRecorder:
+    """Start the recording of a session that cannot be run again: it outlives its writer.
+
+    Args:
+        folder: where the recordings are.
+        loaded: the protocol.
+        opened: the session's first input.
+        name: what the parts before it are called, if the session is resumed.
+        part: number of the first file.
+        first_sequence: number of the first record.
+    """
+    # A later part is written by what runs now.
+    now = dataclasses.replace(opened, versions_json=json.dumps(versions(), sort_keys=True))
+    given, attachments, metadata = _described(loaded, now)
+    return FailoverRecorder.start(
+        folder, name or given, attachments, metadata, part=part, first_sequence=first_sequence
+    )
+
+
+def _described(
+    loaded: LoadedProtocol, opened: SessionOpened
+) -> tuple[str, dict[str, bytes], dict[str, str]]:
+    """Return name, attachments and metadata of a session's recording."""
     stamp = re.sub(r"[^0-9T]", "", opened.started_utc[:19])
     name = f"{loaded.protocol.study.name}_{opened.participant}_{stamp}_{opened.session_id[:4]}"
     metadata = {
@@ -133,8 +168,7 @@ def start_recorder(
         "protocol_sha256": opened.protocol_sha256,
         **{f"version:{key}": value for key, value in json.loads(opened.versions_json).items()},
     }
-    attachments = {"protocol.toml": loaded.text.encode()}
-    return Recorder.start(folder, name, attachments, metadata, batch_bytes=batch_bytes)
+    return name, {"protocol.toml": loaded.text.encode()}, metadata
 
 
 def clock_pair(t_ns: int) -> ClockPair:

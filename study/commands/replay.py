@@ -23,6 +23,8 @@ def replay(
 ) -> None:
     """Replay a recording's inputs through the session and compare what follows.
 
+    Of a session in several parts give any one: the others beside it are found.
+
     Exit status 0: everything agrees. 1: something differs, or the file
     is not whole, so that only a part could be compared.
     """
@@ -34,6 +36,11 @@ def replay(
         raise StudyError(f"no recording {file}", "Give the path of an .mcap file.")
     verdict = check(file, resimulate=resimulate)
     console.print(f"{verdict.inputs} inputs replayed, {verdict.events} events compared")
+    if verdict.parts > 1:
+        console.print(
+            f"The session has {verdict.parts} parts; fleet runs broken off and left out: "
+            f"{verdict.left_out_trials}"
+        )
     if resimulate:
         console.print(
             f"{verdict.resimulated} fleet answers stepped anew, "

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
+from study.commands.composing import check_participant
 from study.commands.terminal import console, errors
 from study.errors import StudyError
 from study.loading import load_protocol
@@ -31,21 +32,47 @@ def run(
     again: Annotated[  # noqa: FBT002
         bool, typer.Option("--again", help="Allow a participant who has a recording.")
     ] = False,
+    resume: Annotated[  # noqa: FBT002
+        bool, typer.Option("--resume", help="Go on with a session that broke off.")
+    ] = False,
 ) -> None:
     """Run one session with a person at the keyboard, in a window."""
-    from study.commands.running import assign, run_session  # noqa: PLC0415 - pygame is slow to import
+    from study.commands.resuming import find_boundary  # noqa: PLC0415 - slow to import
+    from study.commands.running import (  # noqa: PLC0415 - pygame is slow to import
+        assign,
+        resume_session,
+        run_session,
+    )
 
     require_pygame_ce()
     loaded = load_protocol(protocol)
-    assignment = assign(loaded, participant, output, order=order, seed=seed, again=again)
-    console.print(
-        f"Participant [bold]{assignment.participant}[/], order {' then '.join(assignment.order)}. "
-        "Escape pauses."
-    )
-    path, complete = run_session(
-        loaded, assignment, output, size=parse_size(size), fullscreen=fullscreen
-    )
-    console.print(f"Recorded in {escape(str(path))}")
+    window_size = parse_size(size)
+    if resume:
+        if again or order or seed is not None:
+            raise StudyError(
+                "--resume keeps the session's order and seed, and begins no other session",
+                "Leave out --again, --order and --seed.",
+            )
+        boundary = find_boundary(loaded, check_participant(participant), output)
+        opened = boundary.opened
+        console.print(
+            f"Participant [bold]{opened.participant}[/], order {' then '.join(opened.order)}: "
+            "going on at the last stage entered. Escape pauses."
+        )
+        paths, complete = resume_session(
+            loaded, boundary, output, size=window_size, fullscreen=fullscreen
+        )
+    else:
+        assignment = assign(loaded, participant, output, order=order, seed=seed, again=again)
+        console.print(
+            f"Participant [bold]{assignment.participant}[/], "
+            f"order {' then '.join(assignment.order)}. Escape pauses."
+        )
+        paths, complete = run_session(
+            loaded, assignment, output, size=window_size, fullscreen=fullscreen
+        )
+    for path in paths:
+        console.print(f"Recorded in {escape(str(path))}")
     if not complete:
         errors.print("[yellow]The session was ended early; the recording holds what there was.[/]")
         raise typer.Exit(3)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+import time
+from collections.abc import Callable
 from contextlib import ExitStack, closing
 from pathlib import Path
 
@@ -12,11 +15,20 @@ from study.commands.composing import (
     orders_used,
     seed_from,
     session_opened,
-    start_recorder,
+    start_failover_recorder,
+)
+from study.commands.resuming import (
+    Boundary,
+    RestoredFit,
+    find_end,
+    is_complete,
+    last_session,
 )
 from study.errors import StudyError
+from study.events.inputs import Input
 from study.loading import LoadedProtocol
-from study.recording.client import Recorder
+from study.recording.failover import FailoverRecorder
+from study.recording.parts import base_name
 from study.session.session import Session
 from study.shell.conductor import Conductor
 from study.shell.fitting import ProcessFitter
@@ -50,9 +62,13 @@ def assign(
     participant = check_participant(participant)
     used = orders_used(folder, loaded.protocol.study.name) if folder.is_dir() else {}
     if participant in used and not again:
+        last = last_session(loaded, participant, folder)
+        broken_off = last is not None and not is_complete(last)
         raise StudyError(
-            f'participant "{participant}" already has a recording in {folder}',
-            "Give another id, or say --again if this person really takes part once more.",
+            f'participant "{participant}" already has a recording in {folder}'
+            + (", of a session that is not complete" if broken_off else ""),
+            ("To go on where it broke off say --resume. " if broken_off else "")
+            + "Give another id, or say --again if this person really takes part once more.",
         )
     names = {condition.name for condition in loaded.protocol.conditions}
     chosen = tuple(part.strip() for part in order.split(",") if part.strip())
@@ -76,33 +92,94 @@ def run_session(
     *,
     size: tuple[int, int] | None,
     fullscreen: bool,
-) -> tuple[Path, bool]:
+) -> tuple[list[Path], bool]:
     """Run a session in a window.
 
     Returns:
-        The recording, and whether every stage was passed.
+        The recording, one file a part, and whether every stage was passed.
+
+    Raises:
+        RecordingFailedError: it could not be recorded to its end.
     """
     opened = session_opened(loaded, assignment)
+    # The writer starts before anything that could take the study down, and ends last.
+    recorder = start_failover_recorder(folder, loaded, opened)
+    return _run(loaded, recorder, _Beginning(lambda _: opened), size=size, fullscreen=fullscreen)
+
+
+def resume_session(
+    loaded: LoadedProtocol,
+    boundary: Boundary,
+    folder: Path,
+    *,
+    size: tuple[int, int] | None,
+    fullscreen: bool,
+) -> tuple[list[Path], bool]:
+    """Go on with a session in a window, from a boundary; see `run_session`."""
+    end = find_end(boundary.recording)
+    recorder = start_failover_recorder(
+        folder,
+        loaded,
+        boundary.opened,
+        name=base_name(boundary.recording.path),
+        part=end.part + 1,
+        first_sequence=end.sequence + 1,
+    )
+    beginning = _Beginning(
+        lambda t_ns: end.resumed(boundary.after_sequence, t_ns, time.time_ns()),
+        session=boundary.session,
+        fits=boundary.fits,
+        start_ns=end.t_ns + 1,
+    )
+    return _run(loaded, recorder, beginning, size=size, fullscreen=fullscreen)
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class _Beginning:
+    """How a session starts in this process.
+
+    Attributes:
+        first_input: given the session's time, what is fed first.
+        session: as it is before that.
+        fits: what the fleet must know already.
+        start_ns: the session's time at the start.
+    """
+
+    first_input: Callable[[int], Input]
+    session: Session = dataclasses.field(default_factory=Session)
+    fits: tuple[RestoredFit, ...] = ()
+    start_ns: int = 0
+
+
+def _run(
+    loaded: LoadedProtocol,
+    recorder: FailoverRecorder,
+    beginning: _Beginning,
+    *,
+    size: tuple[int, int] | None,
+    fullscreen: bool,
+) -> tuple[list[Path], bool]:
     with ExitStack() as stack:
-        # The writer starts before anything that could take the study down, and ends last.
-        recorder = start_recorder(folder, loaded, opened)
-        stack.callback(_close, recorder)
+        stack.callback(_close, recorder, recorder.sent_sequence)
         task = loaded.protocol.task
         fleet = stack.enter_context(closing(open_fleet(task.name, task.parameters)))
+        for fit in beginning.fits:
+            fleet.add_artefact(fit.artefact_id, fit.kind, fit.algorithm, fit.weights)
         fitter = stack.enter_context(closing(ProcessFitter(loaded.description)))
         title = loaded.protocol.study.title
         window = stack.enter_context(closing(Window(size, fullscreen=fullscreen, caption=title)))
-        session, clock = Session(), LiveClock()
+        session, clock = beginning.session, LiveClock(beginning.start_ns)
         conductor = Conductor(
             session, recorder, fleet, fitter, epoch_ns=clock.epoch_ns, waits_for_disk=True
         )
-        conductor.feed(opened)
+        conductor.feed(beginning.first_input(clock.now()))
         LiveLoop(conductor, window, recorder, clock).run()
     return recorder.close(), session.complete
 
 
-def _close(recorder: Recorder) -> None:
-    """Close a recording; remove it if the session never began, as when no window opens."""
-    path = recorder.close()
-    if recorder.sent_sequence == 0:
-        path.unlink()
+def _close(recorder: FailoverRecorder, before: int) -> None:
+    """Close a recording; remove it if nothing was recorded, as when no window opens."""
+    paths = recorder.close()
+    if recorder.sent_sequence == before:
+        for path in paths:
+            path.unlink()

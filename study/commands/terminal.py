@@ -13,18 +13,17 @@ from study.errors import StudyError
 
 console = Console(highlight=False, soft_wrap=True)
 errors = Console(stderr=True, highlight=False, soft_wrap=True)
-USER_ERROR = 2
 
 
 def report_errors(run: Callable[[], object]) -> None:
-    """Run a command; print what a user can mend, and exit with status 2."""
+    """Run a command; print what a user can mend, and exit with its status."""
     # pygame-ce greets on import unless told not to.
     os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
     try:
         run()
     except StudyError as error:
         errors.print(f"[bold red]Error:[/] {escape(str(error))}")
-        sys.exit(USER_ERROR)
+        sys.exit(error.exit_status)
     except KeyboardInterrupt:
         errors.print("Stopped.")
         sys.exit(130)

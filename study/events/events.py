@@ -204,7 +204,7 @@ class Paused(Record):
     """The session stands still."""
 
     t_ns: int = fixed64(1, "time of the cause", unit="ns")
-    reason: str = string(2, '"operator" or "focus lost"')
+    reason: str = string(2, '"operator", "focus lost" or "recording interrupted"')
 
 
 @record("event", "resumed")
@@ -220,7 +220,7 @@ class Deviation(Record):
     """Something did not go as the protocol says; analysis can exclude by its code."""
 
     t_ns: int = fixed64(1, "time of the cause", unit="ns")
-    code: str = string(2, '"fit_failed", "ended_early", ...')
+    code: str = string(2, '"fit_failed", "ended_early", "recording_interrupted", ...')
     text: str = string(3, "what happened, in words")
     trial_id: int = sfixed32(4, "which fleet run; -1 if none")
 

@@ -146,6 +146,36 @@ class FitTimedOut(Record):
     budget_seconds: float = double(3, "the budget", unit="s")
 
 
+@record("input", "recording_interrupted")
+class RecordingInterrupted(Record):
+    """The writer of the recording failed; what it had not acknowledged is kept and sent again."""
+
+    t_ns: int = fixed64(1, "when it was noticed", unit="ns")
+    reason: str = string(2, "what went wrong, in words")
+
+
+@record("input", "recording_restored")
+class RecordingRestored(Record):
+    """A new part of the recording is under way, with all that was not acknowledged."""
+
+    t_ns: int = fixed64(1, "when the new part was under way", unit="ns")
+    part: int = sfixed32(2, "number of the new part; the first file is part 1")
+
+
+@record("input", "session_resumed")
+class SessionResumed(Record):
+    """The session goes on in a new part, from a boundary, after a crash."""
+
+    t_ns: int = fixed64(1, "when it went on, on the clock of the first part", unit="ns")
+    part: int = sfixed32(2, "number of the new part")
+    after_sequence: int = fixed64(
+        3, "sequence number of the last record of earlier parts that belongs to the session"
+    )
+    gap_seconds: float = double(
+        4, "wall time from the last record of earlier parts to the going on", unit="s"
+    )
+
+
 Input = (
     SessionOpened
     | KeyChanged
@@ -157,4 +187,7 @@ Input = (
     | FitCompleted
     | FitFailed
     | FitTimedOut
+    | RecordingInterrupted
+    | RecordingRestored
+    | SessionResumed
 )

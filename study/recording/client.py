@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-import json
+import contextlib
 import os
 import subprocess
 import sys
 import threading
 import time
-from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Self
 
 from study.errors import StudyError
 from study.events.fields import Record
+from study.recording.backlog import Backlog
 from study.recording.framing import MESSAGE_HEADER, SEQUENCE, FrameKind, FrameSplitter, frame
+from study.recording.naming import recording_path
 from study.recording.opening import channel_numbers, opening_payload
 from study.recording.pipe_sender import PipeSender
+from study.recording.report import WriterReport
 from study.recording.spawning import spawn_writer
 from study.recording.wire import encode
 
@@ -26,6 +28,10 @@ BACKLOG_LIMIT = 64 * 2**20
 
 START_TIMEOUT = 30.0
 """Seconds within which the writer process must have made the file."""
+
+
+END_TIMEOUT = 0.5
+"""Seconds that a killed writer is waited for. One that the disk holds up ends later by itself."""
 
 
 class BacklogError(StudyError):
@@ -39,6 +45,11 @@ class Recorder:
     the pipe has no room for is sent by a thread. Once a record is in the pipe, the writer
     process brings it into the file even if this process is killed the moment after. Records
     are kept until they are known to be on disk, see `unacknowledged`.
+
+    Attributes:
+        path: the final path.
+        backlog: what is not yet known to be on disk, and how far the disk has got.
+        report: what the writer has said of itself.
     """
 
     def __init__(
@@ -48,6 +59,8 @@ class Recorder:
         *,
         backlog_limit: int = BACKLOG_LIMIT,
         batch_bytes: int = 0,
+        first_sequence: int = 1,
+        keeps_on: bool = False,
     ) -> None:
         assert process.stdin is not None  # noqa: S101 - both are pipes, see `start`
         assert process.stdout is not None  # noqa: S101
@@ -57,13 +70,10 @@ class Recorder:
         self._backlog_limit = backlog_limit
         self._channels = channel_numbers()
         self._changed = threading.Condition()
-        self._kept: deque[tuple[int, bytes]] = deque()
-        self._kept_bytes = 0
-        self._sent = 0
-        self._durable = 0
-        self._ready = False
+        self.backlog = Backlog(first_sequence)
+        self._keeps_on = keeps_on
+        self.report = WriterReport()
         self._closing = False
-        self._finished: Path | None = None
         self._failure: StudyError | None = None
         self._sender = PipeSender(process.stdin.fileno(), self._changed, batch_bytes)
         self._listener = threading.Thread(target=self._listen, daemon=True, name="recorder-answers")
@@ -79,6 +89,10 @@ class Recorder:
         *,
         backlog_limit: int = BACKLOG_LIMIT,
         batch_bytes: int = 0,
+        first_sequence: int = 1,
+        resent: Sequence[bytes] = (),
+        keeps_on: bool = False,
+        start_timeout: float = START_TIMEOUT,
     ) -> Self:
         """Start the writer process and wait until the file's beginning is on disk.
 
@@ -93,40 +107,39 @@ class Recorder:
             batch_bytes: bytes that may gather before they are sent: fewer, larger writes
                 for simulated sessions. 0 sends each record at once, so that a crash of
                 the study costs at most the record in flight.
+            first_sequence: number of the file's first record; more than 1 in a later part.
+            resent: what `abandon` gave, sent first; its first record is `first_sequence`.
+            keeps_on: whether records are still taken, and kept, after the writer has failed.
+            start_timeout: seconds within which the file must have been made.
 
         Raises:
             StudyError: folder or file cannot be made, or the name is taken.
         """
-        if not name or name != Path(name).name or name.startswith("."):
-            raise StudyError(
-                f'"{name}" cannot be the name of a recording',
-                "Give a file name without folders that does not begin with a dot.",
-            )
-        folder = folder.absolute()
-        try:
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        except OSError as error:
-            raise StudyError(
-                f"the folder {folder} cannot be made: {error.strerror}",
-                "Choose another folder for recordings, or make that one writable.",
-            ) from error
-        path = folder / f"{name}.mcap"
+        path = recording_path(folder, name)
         opening = opening_payload(path, attachments, metadata, time.time_ns())
-        recorder = cls(spawn_writer(), path, backlog_limit=backlog_limit, batch_bytes=batch_bytes)
+        recorder = cls(
+            spawn_writer(),
+            path,
+            backlog_limit=backlog_limit,
+            batch_bytes=batch_bytes,
+            first_sequence=first_sequence,
+            keeps_on=keeps_on,
+        )
         with recorder._changed:
             recorder._sender.send(frame(FrameKind.OPEN, opening), at_once=True)
+            for framed in resent:
+                recorder._take(framed)
             recorder._changed.wait_for(
-                lambda: recorder._ready or recorder._failure is not None, START_TIMEOUT
+                lambda: recorder.report.ready or recorder._failure is not None, start_timeout
             )
             failure = recorder._failure
         if failure is not None:
             recorder._end_process()
             raise StudyError(f"{path} cannot be recorded: {failure.message}", failure.hint)
-        if not recorder._ready:
-            recorder._process.kill()
-            recorder._end_process()
+        if not recorder.report.ready:
+            recorder.abandon()
             raise StudyError(
-                f"the writer of {path} did not start within {START_TIMEOUT:g} s",
+                f"the writer of {path} did not start within {start_timeout:g} s",
                 "Try again; if it recurs, check that the disk answers.",
             )
         return recorder
@@ -134,17 +147,17 @@ class Recorder:
     @property
     def sent_sequence(self) -> int:
         """Sequence number of the last record taken; 0 before the first."""
-        return self._sent
+        return self.backlog.sent
 
     @property
     def durable_sequence(self) -> int:
         """Sequence number of the last record known to be on disk."""
-        return self._durable
+        return self.backlog.durable
 
     @property
     def backlog_bytes(self) -> int:
         """Bytes taken that are not yet known to be on disk."""
-        return self._kept_bytes
+        return self.backlog.size
 
     @property
     def healthy(self) -> bool:
@@ -152,7 +165,7 @@ class Recorder:
 
         A study pauses while this is false: a record refused later would be a gap.
         """
-        return self._failure is None and self._kept_bytes < self._backlog_limit // 2
+        return self._failure is None and self.backlog.size < self._backlog_limit // 2
 
     @property
     def writer_pid(self) -> int:
@@ -185,23 +198,24 @@ class Recorder:
         data = encode(record)
         channel = self._channels[record.topic]
         with self._changed:
-            if self._failure is not None:
+            if self._failure is not None and not self._keeps_on:
                 raise self._failure
-            if self._closing:
+            if self._closing and self._failure is None:
                 raise StudyError(f"{self.path} is closed", "Start a new recording.")
-            if self._kept_bytes + len(data) > self._backlog_limit:
+            if self.backlog.size + len(data) > self._backlog_limit:
                 raise BacklogError(
-                    f"{self._kept_bytes} bytes of {self.path} wait for the disk",
+                    f"{self.backlog.size} bytes of {self.path} wait for the disk",
                     "Pause until the disk has caught up; check that it answers.",
                 )
-            sequence = self._sent + 1
+            sequence = self.backlog.sent + 1
             payload = MESSAGE_HEADER.pack(channel, sequence, log_time_ns) + data
-            framed = frame(FrameKind.MESSAGE, payload)
-            self._sent = sequence
-            self._kept.append((sequence, framed))
-            self._kept_bytes += len(framed)
-            self._sender.send(framed, at_once=False)
+            self._take(frame(FrameKind.MESSAGE, payload))
         return sequence
+
+    def _take(self, framed: bytes) -> None:
+        self.backlog.add(framed, time.perf_counter_ns())
+        if self._failure is None:
+            self._sender.send(framed, at_once=False)
 
     def ensure_durable(self, timeout_s: float) -> bool:
         """Wait until all records taken so far are on disk.
@@ -210,18 +224,18 @@ class Recorder:
             False if the writer failed or needed longer than `timeout_s`.
         """
         with self._changed:
-            target = self._sent
-            if self._durable < target and self._failure is None and not self._closing:
+            target = self.backlog.sent
+            if self.backlog.durable < target and self._failure is None and not self._closing:
                 self._sender.send(frame(FrameKind.SYNC), at_once=True)
             self._changed.wait_for(
-                lambda: self._durable >= target or self._failure is not None, timeout_s
+                lambda: self.backlog.durable >= target or self._failure is not None, timeout_s
             )
-            return self._durable >= target
+            return self.backlog.durable >= target
 
     def unacknowledged(self) -> list[int]:
         """Return the sequence numbers of records not yet known to be on disk."""
         with self._changed:
-            return [sequence for sequence, _ in self._kept]
+            return list(range(self.backlog.durable + 1, self.backlog.sent + 1))
 
     def close(self, timeout: float = 30.0) -> Path:
         """Complete the file and return its final path; a second call returns it again.
@@ -236,16 +250,39 @@ class Recorder:
         if self._sender.join(timeout) and self._process.stdin is not None:
             self._process.stdin.close()
         self._listener.join(max(0.0, deadline - time.monotonic()))
-        if self._finished is None and self._failure is None:
+        if self.report.finished is None and self._failure is None:
             raise StudyError(
                 f"{self.path} is not complete after {timeout:g} s",
                 "The writer goes on by itself; the file loses its .part when it is done.",
             )
         self._end_process()
-        if self._finished is None:
+        if self.report.finished is None:
             assert self._failure is not None  # noqa: S101 - one of the two is set here
             raise self._failure
-        return self._finished
+        return self.report.finished
+
+    def abandon(self) -> list[bytes]:
+        """End the writer at once and give the file up as it is.
+
+        When this returns the writer cannot write any more. Its file keeps ``.part``.
+
+        Returns:
+            The records not known to be on disk, as `start` takes them for another part.
+        """
+        self._process.kill()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(END_TIMEOUT)
+        # Answers that were already on their way still count.
+        self._listener.join(END_TIMEOUT)
+        with self._changed:
+            if self._failure is None:
+                self._fail("the writer process was ended", "")
+            self._closing = True
+            self._sender.clear()
+            self._sender.close()
+        if not self._listener.is_alive():
+            self._end_process()
+        return self.backlog.frames()
 
     def _listen(self) -> None:
         """Take the writer's answers until it ends."""
@@ -257,7 +294,7 @@ class Recorder:
                 self._changed.notify_all()
         status = self._process.wait()
         with self._changed:
-            if self._finished is None and self._failure is None:
+            if self.report.finished is None and self._failure is None:
                 self._fail(
                     f"the writer process ended unexpectedly (status {status})",
                     f"To see whether it can start: {sys.executable} -m study.recording.writer",
@@ -265,29 +302,22 @@ class Recorder:
             self._changed.notify_all()
 
     def _take_answer(self, kind: FrameKind, payload: bytes) -> None:
-        if kind is FrameKind.READY:
-            self._ready = True
-        elif kind is FrameKind.DURABLE:
-            self._acknowledge(SEQUENCE.unpack(payload)[0])
+        self.report.take(kind, payload)
+        if kind is FrameKind.DURABLE:
+            self.backlog.acknowledge(SEQUENCE.unpack(payload)[0], time.perf_counter_ns())
         elif kind is FrameKind.FINISHED:
-            self._acknowledge(self._sent)
-            self._finished = Path(payload.decode())
+            self.backlog.acknowledge(self.backlog.sent, time.perf_counter_ns())
         elif kind is FrameKind.FAILED:
-            report = json.loads(payload)
-            self._fail(report["message"], report["hint"])
-
-    def _acknowledge(self, sequence: int) -> None:
-        self._durable = sequence
-        while self._kept and self._kept[0][0] <= sequence:
-            self._kept_bytes -= len(self._kept.popleft()[1])
+            self._fail(*self.report.cause)
 
     def _fail(self, message: str, hint: str) -> None:
-        if not self._ready:
+        self.report.cause = (message, hint)
+        if not self.report.ready:
             self._failure = StudyError(message, hint)
             return
         self._failure = StudyError(
-            f"{self.path} is not complete: {message}. Record {self._durable} of {self._sent} "
-            "is the last known to be on disk",
+            f"{self.path} is not complete: {message}. Record {self.backlog.durable} of "
+            f"{self.backlog.sent} is the last known to be on disk",
             f"{hint} What was written is in {self.path.name}.part.".strip(),
         )
 

@@ -35,9 +35,11 @@ class FrameKind(IntEnum):
     """Empty: the file exists and its start is on disk."""
     DURABLE = 5
     FAILED = 6
-    """JSON: message and hint. The writer has given up."""
+    """JSON: message, hint, and whether the file itself is lost. The writer has given up."""
     FINISHED = 7
     """The path of the finished file, UTF-8."""
+    REMARK = 8
+    """Words, UTF-8: something went wrong outside and was mended."""
 
 
 def frame(kind: FrameKind, payload: bytes = b"") -> bytes:
@@ -49,6 +51,11 @@ def frame(kind: FrameKind, payload: bytes = b"") -> bytes:
     if len(payload) > MAX_PAYLOAD:
         raise ValueError(f"{len(payload)} bytes are more than the {MAX_PAYLOAD} of one frame")
     return _HEADER.pack(kind, len(payload)) + payload
+
+
+def frame_payload(framed: bytes) -> memoryview:
+    """Return what a frame made by `frame` carries."""
+    return memoryview(framed)[_HEADER.size :]
 
 
 class FrameSplitter:

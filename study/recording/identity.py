@@ -24,3 +24,18 @@ def metadata_digest(metadata: Mapping[str, str]) -> str:
     """
     items = sorted((key, value) for key, value in metadata.items() if key != SELF_DIGEST)
     return hashlib.sha256(json.dumps(items).encode()).hexdigest()
+
+
+PART = "part"
+"""Key of a part's number in the metadata; a file without it is part 1."""
+
+CHANNELS = "channels"
+"""Key of the topics in order of their channels, from 1: JSON. With it, what follows a lost
+first chunk, which declares the channels, can still be told apart."""
+
+SALVAGED_FROM = "salvaged_from_sha256"
+SALVAGED_LOSSES = "salvaged_losses"
+SALVAGED_BY_TOPIC = "salvaged_lost_by_topic"
+SALVAGED_PROBLEMS = "salvaged_problems"
+SALVAGED_NUMBERS = "salvaged_numbers"
+"""Keys that a salvaged file has besides those of its original."""

@@ -13,6 +13,7 @@ from study.events.shell import Note
 from study.recording.descriptors import descriptor_set, message_name
 from study.recording.identity import (
     ATTACHMENT_DIGEST,
+    CHANNELS,
     FORMAT_VERSION,
     PROFILE,
     SELF_DIGEST,
@@ -44,6 +45,7 @@ def opening_payload(
     known = {
         **metadata,
         "format_version": str(FORMAT_VERSION),
+        CHANNELS: json.dumps(list(channel_numbers())),
         **{
             f"{ATTACHMENT_DIGEST}{name}": hashlib.sha256(data).hexdigest()
             for name, data in attachments.items()

@@ -1,8 +1,9 @@
-"""Reads recordings, whole or torn, in bounded memory and with every checksum verified.
+"""Reads recordings, whole or damaged, in bounded memory and with every checksum verified.
 
-Opening a file walks it once and notes where each message is; the data are unpacked again,
-chunk by chunk, when they are asked for. Of a file that is torn or damaged the part before
-the damage is read, and `Recording.problems` says in words what is missing.
+A whole file is checked against the checksum of all its data and then read by its index: only
+chunks that hold what is asked for are unpacked. A torn or damaged file is searched for every
+chunk whose own checksum is right, before and after the damage; `Recording.losses` says which
+records are missing, `Recording.problems` says it in words.
 """
 
 from __future__ import annotations
@@ -19,10 +20,13 @@ import numpy.typing as npt
 
 from study.errors import RecordingError
 from study.events.fields import Family, Record
-from study.recording import mcap_walk
+from study.recording.batches import Batch, batches
 from study.recording.columns import ColumnBuilder
-from study.recording.findings import Chunk, Findings
-from study.recording.mcap_walk import DamagedError, Messages
+from study.recording.contents import read_contents
+from study.recording.findings import Chunk
+from study.recording.identity import SALVAGED_FROM
+from study.recording.losses import Loss
+from study.recording.mcap_records import DamagedError
 from study.recording.wire import decode, record_types_by_topic
 
 
@@ -49,12 +53,15 @@ class Recording:
 
     Attributes:
         path: the file.
-        complete: whether the file is whole, with index and summary, and undamaged.
+        complete: whether the file is whole, with index and summary, and no record is missing.
         problems: in words, what is missing or was left out.
+        losses: the records that are missing, in order.
+        lost_by_topic: how many of them by topic, if the file still says so; else empty.
         metadata: what its writer said of it: format version, versions of libraries, ...
         attachments: name to contents: ``protocol.toml``.
         channels: MCAP channel to topic.
-        chunks: the chunks read, in file order.
+        chunks: those readable, in order of sequence.
+        numbers: the sequence numbers held: first and last of each unbroken run.
     """
 
     path: Path
@@ -64,6 +71,27 @@ class Recording:
     attachments: dict[str, bytes]
     channels: dict[int, str] = dataclasses.field(repr=False)
     chunks: tuple[Chunk, ...] = dataclasses.field(repr=False)
+    losses: tuple[Loss, ...] = ()
+    lost_by_topic: dict[str, int] = dataclasses.field(default_factory=dict)
+    numbers: tuple[tuple[int, int], ...] = dataclasses.field(default=(), repr=False)
+    last_readable: int | None = dataclasses.field(default=None, repr=False)
+
+    @property
+    def salvaged_from(self) -> str:
+        """SHA-256 of the damaged file that this one was salvaged from; empty if it was not."""
+        return self.metadata.get(SALVAGED_FROM, "")
+
+    @cached_property
+    def sequences(self) -> npt.NDArray[np.int64]:
+        """Sequence numbers of all records, in order, without reading them."""
+        runs = [np.arange(first, last + 1, dtype=np.int64) for first, last in self.numbers]
+        return np.concatenate([np.zeros(0, np.int64), *runs])
+
+    def before_first_loss(self) -> Recording:
+        """Return the recording as far as nothing is missing: what can be replayed."""
+        if not self.losses:
+            return self
+        return dataclasses.replace(self, last_readable=self.losses[0].first - 1)
 
     @cached_property
     def session_id(self) -> str:
@@ -90,10 +118,7 @@ class Recording:
         """
         known = record_types_by_topic()
         for topic in topics:
-            if topic not in known:
-                raise RecordingError(
-                    f'there is no topic "{topic}"', f"Known topics: {', '.join(known)}"
-                )
+            _check_topic(topic)
         for raw in self._select(set(topics or known)):
             yield raw.sequence, decode(raw.topic, raw.data)
 
@@ -120,82 +145,91 @@ class Recording:
             first axis is the record, plus ``sequence`` and ``log_time_ns``. A field of shape
             [n,d] becomes [rows, n, d].
         """
-        if topic not in record_types_by_topic():
-            raise RecordingError(
-                f'there is no topic "{topic}"',
-                f"Known topics: {', '.join(record_types_by_topic())}",
-            )
+        _check_topic(topic)
         builder = ColumnBuilder(topic)
-        for messages, chosen, data in self._unpack({topic}):
-            builder.add(
-                data,
-                messages.sequence[chosen],
-                messages.log_time_ns[chosen],
-                messages.start[chosen],
-                messages.length[chosen],
-            )
+        for batch in self._batches({topic}):
+            _add(builder, batch)
         return builder.finish()
 
+    def blocks(self, topic: str) -> Iterator[dict[str, npt.NDArray[Any]]]:
+        """Yield a topic's records as `columns` does, in blocks of a few MiB.
+
+        For fleets of a thousand, whose columns would fill the memory.
+        """
+        _check_topic(topic)
+        for batch in self._batches({topic}):
+            builder = ColumnBuilder(topic)
+            _add(builder, batch)
+            yield from builder.finish()
+
     def _select(self, topics: set[str]) -> Iterator[RawRecord]:
-        for messages, chosen, data in self._unpack(topics):
+        for batch in self._batches(topics):
+            messages = batch.messages
             for channel, sequence, log_time, start, length in zip(
-                messages.channel[chosen].tolist(),
-                messages.sequence[chosen].tolist(),
-                messages.log_time_ns[chosen].tolist(),
-                messages.start[chosen].tolist(),
-                messages.length[chosen].tolist(),
+                messages.channel.tolist(),
+                messages.sequence.tolist(),
+                messages.log_time_ns.tolist(),
+                messages.start.tolist(),
+                messages.length.tolist(),
                 strict=True,
             ):
-                payload = data[start : start + length]
+                payload = batch.data[start : start + length]
                 yield RawRecord(sequence, self.channels[channel], log_time, payload)
 
-    def _unpack(self, topics: set[str]) -> Iterator[tuple[Messages, npt.NDArray[np.intp], bytes]]:
-        """Yield each chunk that holds one of the topics: which messages do, and its data."""
-        numbers = [number for number, topic in self.channels.items() if topic in topics]
-        with self.path.open("rb") as stream:
-            for chunk in self.chunks:
-                chosen = np.flatnonzero(np.isin(chunk.messages.channel, numbers))
-                if not chosen.size:
-                    continue
-                stream.seek(chunk.start)
-                try:
-                    data = mcap_walk.chunk_data(stream.read(chunk.length))
-                except DamagedError as error:
-                    raise RecordingError(
-                        f"{self.path} changed while it was read: {error}", "Read it again."
-                    ) from error
-                yield chunk.messages, chosen, data
+    def _batches(self, topics: set[str]) -> Iterator[Batch]:
+        """Yield the messages of the given topics, in order of sequence."""
+        numbers = frozenset(n for n, topic in self.channels.items() if topic in topics)
+        try:
+            with self.path.open("rb") as stream:
+                for batch in batches(stream, self.chunks, numbers):
+                    if self.last_readable is None:
+                        yield batch
+                    else:
+                        yield batch.up_to(self.last_readable)
+        except (DamagedError, OSError) as error:
+            raise RecordingError(
+                f"{self.path} cannot be read: {error}",
+                "If it did not change meanwhile, salvage it with `study recover`.",
+            ) from error
 
 
 def read_recording(path: Path) -> Recording:
     """Open a recording, or what is left of one, and check all of it.
 
     Raises:
-        RecordingError: there is no such file, it is no recording of ours, or it was made by a
-            newer version of this program.
+        RecordingError: there is no such file, it is no recording of ours, it exceeds what any
+            recording has, or it was made by a newer version of this program.
     """
     try:
         size = path.stat().st_size
         with path.open("rb") as stream:
-            found = Findings(path)
-            try:
-                for record in mcap_walk.walk(stream, size):
-                    found.take(record)
-                complete = True
-            except DamagedError as error:
-                found.problems.append(f"{path.name}: {error}.")
-                complete = False
+            contents = read_contents(stream, size, path)
     except OSError as error:
         raise RecordingError(
             f"{path} cannot be read: {error.strerror}", "Give the path of a recording (*.mcap)."
         ) from error
-    metadata, intact = found.conclude()
     return Recording(
         path=path,
-        complete=complete and intact,
-        problems=tuple(found.problems),
-        metadata=metadata,
-        attachments=found.attachments,
-        channels=found.channels,
-        chunks=tuple(found.chunks),
+        complete=contents.complete,
+        problems=contents.problems,
+        metadata=contents.metadata,
+        attachments=contents.attachments,
+        channels=contents.channels,
+        chunks=contents.chunks,
+        losses=contents.losses,
+        lost_by_topic=contents.lost_by_topic,
+        numbers=contents.numbers,
+    )
+
+
+def _check_topic(topic: str) -> None:
+    known = record_types_by_topic()
+    if topic not in known:
+        raise RecordingError(f'there is no topic "{topic}"', f"Known topics: {', '.join(known)}")
+
+
+def _add(builder: ColumnBuilder, batch: Batch) -> None:
+    messages = batch.messages
+    builder.add(
+        batch.data, messages.sequence, messages.log_time_ns, messages.start, messages.length
     )

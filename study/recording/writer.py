@@ -6,12 +6,16 @@ it completes the file: a study that is killed leaves a complete recording behind
 
 The main thread drains the pipe and writes; a second thread closes a chunk and waits for the
 disk every half second, so that a slow disk never holds up the pipe.
+
+A hook for tests: with ``SCALED_AUTONOMY_FAIL_SYNC_AFTER=N`` in the environment every wait for
+the disk after the N-th fails with an input/output error, as on a broken disk.
 """
 
 from __future__ import annotations
 
 import base64
 import contextlib
+import errno
 import json
 import os
 import signal
@@ -20,11 +24,13 @@ import threading
 from pathlib import Path
 from typing import Any
 
-from study.recording.durable_file import DurableFile
+from study.recording.durable_file import DurableFile, LostFileError
 from study.recording.framing import MESSAGE_HEADER, SEQUENCE, FrameKind, FrameSplitter, frame
 
 FLUSH_INTERVAL = 0.5
 """Seconds between two chunks: what at most is lost when the machine itself stops."""
+
+FAIL_SYNC_AFTER = "SCALED_AUTONOMY_FAIL_SYNC_AFTER"
 
 _READ_SIZE = 1 << 20
 _STDIN, _STDOUT = 0, 1
@@ -44,13 +50,19 @@ class RecordingWriter:
     """
 
     def __init__(self, opening: dict[str, Any]) -> None:
-        self._file = DurableFile(Path(opening["path"]))
+        hook = os.environ.get(FAIL_SYNC_AFTER, "")
+        self._file = DurableFile(Path(opening["path"]), int(hook) if hook.isdecimal() else None)
         self._lock = threading.Lock()
         self._wake = threading.Event()
         self._stopping = False
         self._last_sequence = 0
         self._durable_sequence = 0
-        self._mcap = self._start(opening)
+        try:
+            self._mcap = self._start(opening)
+        except BaseException:
+            # The study is told that there is no recording; then there must be no file either.
+            self._file.discard()
+            raise
         self._syncing = threading.Thread(target=self._sync_regularly, daemon=True)
         self._syncing.start()
 
@@ -71,6 +83,8 @@ class RecordingWriter:
         self._stopping = True
         self._wake.set()
         self._syncing.join()
+        # Before the index: if there is no room for it, the records are safe all the same.
+        self._bring_to_disk()
         self._mcap.finish()
         return self._file.publish()
 
@@ -106,15 +120,22 @@ class RecordingWriter:
             while not self._stopping:
                 self._wake.wait(FLUSH_INTERVAL)
                 self._wake.clear()
-                with self._lock:
-                    self._mcap.flush()
-                    sequence = self._last_sequence
-                if sequence != self._durable_sequence:
-                    self._file.sync()
-                    self._durable_sequence = sequence
-                    _answer(FrameKind.DURABLE, SEQUENCE.pack(sequence))
+                self._bring_to_disk()
         except BaseException as error:  # the process has to end with its file
             _give_up(error)
+
+    def _bring_to_disk(self) -> None:
+        with self._lock:
+            self._mcap.flush()
+            if self._file.keep_named():
+                folder = self._file.part_path.parent
+                remark = f"The recording was not in {folder} any more; all of it was put back."
+                _answer(FrameKind.REMARK, remark.encode())
+            sequence = self._last_sequence
+        if sequence != self._durable_sequence:
+            self._file.sync()
+            self._durable_sequence = sequence
+            _answer(FrameKind.DURABLE, SEQUENCE.pack(sequence))
 
 
 def main() -> int:
@@ -154,17 +175,35 @@ def _answer(kind: FrameKind, payload: bytes = b"") -> None:
 
 def _give_up(error: BaseException) -> None:
     """Report an error and end at once; what is on disk stays, as NAME.mcap.part."""
-    message, hint = f"{type(error).__name__}: {error}", ""
-    if isinstance(error, FileExistsError):
-        message = f"{error.filename} exists already"
-        hint = "Recordings are never overwritten: choose another name, or move that file away."
-    elif isinstance(error, OSError):
-        name = f" ({error.filename})" if error.filename else ""
-        message = f"{error.strerror}{name}"
-        hint = "Check that the folder exists, is writable and has space left."
-    report = json.dumps({"message": message[:2000], "hint": hint})
+    message, hint = _in_words(error)
+    lost = isinstance(error, LostFileError)
+    report = json.dumps({"message": message[:2000], "hint": hint, "lost": lost})
     _answer(FrameKind.FAILED, report.encode())
     os._exit(1)
+
+
+def _in_words(error: BaseException) -> tuple[str, str]:
+    """Return what went wrong and what to do."""
+    if not isinstance(error, OSError):
+        return f"{type(error).__name__}: {error}", ""
+    name = f" ({error.filename})" if error.filename else ""
+    if isinstance(error, LostFileError):
+        return (
+            f"{error.filename} was deleted while it was written and cannot be put back: "
+            f"{error.strerror}",
+            "Leave the folder of recordings alone while a session runs.",
+        )
+    if isinstance(error, FileExistsError):
+        return (
+            f"{error.filename} exists already",
+            "Recordings are never overwritten: choose another name, or move that file away.",
+        )
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        return f"the disk is full{name}", "Free space on that disk, or record to another one."
+    if error.errno == errno.EIO:
+        return f"the disk reported an error{name}", "Record to another disk, and have this checked."
+    hint = "Check that the folder exists, is writable and has space left."
+    return f"{error.strerror}{name}", hint
 
 
 if __name__ == "__main__":

@@ -19,6 +19,8 @@ from study.events.events import (
     SessionEnded,
     SessionStarted,
     StageEntered,
+    TrialEnded,
+    TrialStarted,
 )
 from study.events.inputs import (
     FocusChanged,
@@ -26,7 +28,10 @@ from study.events.inputs import (
     KeyChanged,
     PointerPressed,
     QuitRequested,
+    RecordingInterrupted,
+    RecordingRestored,
     SessionOpened,
+    SessionResumed,
     TimestepDue,
 )
 from study.events.task_description import TaskDescription
@@ -50,6 +55,10 @@ from study.session.reveal import RevealStage
 from study.session.stage import Stage
 from study.session.survey import SurveyStage
 from study.session.trial import TrialStage
+
+_PAUSED = "Paused"
+_INTERRUPTED = "Saving was interrupted. One moment, please"
+_RESTORED = "Saving was interrupted for a moment; it works again"
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -75,6 +84,9 @@ class Session:
         self._stage: Stage | None = None
         self._paused_ns = -1
         self._asks_to_stop = False
+        self._pause_reason = _PAUSED
+        self._interruption = ""
+        self._trial_id = -1
         self.finished = False
         self.complete = False
 
@@ -99,13 +111,18 @@ class Session:
             self._open(given, out)
         elif not self.finished:
             self._route(given, self._context, out)
+        for event in out.events:
+            if isinstance(event, TrialStarted):
+                self._trial_id = event.trial_id
+            elif isinstance(event, TrialEnded):
+                self._trial_id = -1
         return Step(tuple(out.events), tuple(out.effects))
 
     @property
     def screen(self) -> Screen | None:
         """What is to be seen now; None before the session is open."""
         if self._paused_ns >= 0:
-            return PauseScreen(reason="Paused", confirm_stop=self._asks_to_stop)
+            return self._pause_screen()
         return self._stage.screen() if self._stage else None
 
     def _open(self, given: SessionOpened, out: Outbox) -> None:
@@ -142,6 +159,12 @@ class Session:
         elif isinstance(given, FocusChanged):
             if not given.focused and self._paused_ns < 0 and self._can_pause():
                 self._pause(given.t_ns, "focus lost", out)
+        elif isinstance(given, RecordingInterrupted):
+            self._recording_interrupted(given, out)
+        elif isinstance(given, RecordingRestored):
+            self._recording_restored(given, out)
+        elif isinstance(given, SessionResumed):
+            self._go_back(given, out)
         elif self._paused_ns >= 0 and isinstance(given, KeyChanged | PointerPressed | TimestepDue):
             self._while_paused(given, context, out)
         elif (
@@ -156,7 +179,7 @@ class Session:
         if self._paused_ns >= 0:
             # An answer of the fleet may arrive in a pause; the pause screen stays.
             kept = [effect for effect in out.effects if not _moves_the_screen(effect)]
-            out.effects = [*kept, Show(PauseScreen("Paused", self._asks_to_stop))]
+            out.effects = [*kept, Show(self._pause_screen())]
 
     def _can_pause(self) -> bool:
         plan = self._plans[self._index]
@@ -165,10 +188,49 @@ class Session:
     def _pause(self, t_ns: int, reason: str, out: Outbox) -> None:
         self._paused_ns = t_ns
         self._asks_to_stop = False
+        self._pause_reason = _PAUSED
         if self._stage:
             self._stage.pause(out)
         out.events.append(Paused(t_ns, reason))
-        out.effects.append(Show(PauseScreen(reason="Paused", confirm_stop=False)))
+        out.effects.append(Show(self._pause_screen()))
+
+    def _pause_screen(self) -> PauseScreen:
+        return PauseScreen(self._pause_reason, self._asks_to_stop)
+
+    def _recording_interrupted(self, given: RecordingInterrupted, out: Outbox) -> None:
+        """Stand still, wherever the session is: what happens now might not be recorded."""
+        if self._paused_ns < 0:
+            self._pause(given.t_ns, "recording interrupted", out)
+        self._interruption = given.reason or "no reason given"
+        self._pause_reason = _INTERRUPTED
+
+    def _recording_restored(self, given: RecordingRestored, out: Outbox) -> None:
+        """Leave it to the participant to go on."""
+        if not self._interruption:
+            return
+        text = f"{self._interruption}; recorded in part {given.part} from here"
+        out.events.append(Deviation(given.t_ns, "recording_interrupted", text, self._trial_id))
+        self._interruption = ""
+        self._pause_reason = _RESTORED
+
+    def _go_back(self, given: SessionResumed, out: Outbox) -> None:
+        """Begin the stage anew that was entered last; what came after was never seen here.
+
+        A trial gets a new id and keeps its start states, which are keyed by its place.
+        """
+        if self._paused_ns >= 0:
+            out.events.append(Resumed(given.t_ns, given.t_ns - self._paused_ns))
+            self._paused_ns = -1
+        self._interruption = ""
+        plan = self._plans[self._index]
+        text = (
+            f"part {given.part} goes on after {given.gap_seconds:.1f} s "
+            f"at {plan.name}, phase {int(plan.place.phase)}"
+        )
+        out.events.append(Deviation(given.t_ns, "resumed", text, -1))
+        out.effects.append(EnsureDurable())
+        self._index -= 1
+        self._next_stage(given.t_ns, out)
 
     def _while_paused(
         self, given: KeyChanged | PointerPressed | TimestepDue, context: Context, out: Outbox
@@ -181,11 +243,13 @@ class Session:
             word = words.get(given.key, "")
         else:
             return
+        if word == "continue" and self._interruption:
+            return
         if word == "continue":
             self._resume(given.t_ns, out)
         elif word == "stop" and not self._asks_to_stop:
             self._asks_to_stop = True
-            out.effects.append(Show(PauseScreen(reason="Paused", confirm_stop=True)))
+            out.effects.append(Show(self._pause_screen()))
         elif word in ("yes", "stop") and self._asks_to_stop:
             self._end_early(given.t_ns, "stopped by the participant", out)
 

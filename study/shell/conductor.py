@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from study.errors import StudyError
+from study.errors import RecordingFailedError
 from study.events.events import TrialEnded, TrialStarted
 from study.events.fields import Record
 from study.events.inputs import FitCompleted, FitFailed, FitTimedOut, FleetObserved, Input
@@ -39,7 +39,7 @@ class Recorder(Protocol):
         ...
 
     def ensure_durable(self, timeout_s: float) -> bool:
-        """Wait until everything written is on disk."""
+        """Wait until everything written is on disk, with another writer if one fails."""
         ...
 
 
@@ -126,7 +126,7 @@ class Conductor:
             return
         began = time.perf_counter()
         if not self._recorder.ensure_durable(DURABLE_TIMEOUT_S):
-            raise StudyError(
+            raise RecordingFailedError(
                 f"the recording did not reach the disk within {DURABLE_TIMEOUT_S:g} s",
                 "Check the disk; what was recorded before is kept.",
             )

@@ -16,10 +16,12 @@ from study.events.inputs import (
     KeyChanged,
     PointerPressed,
     QuitRequested,
+    RecordingInterrupted,
+    RecordingRestored,
     TimestepDue,
 )
-from study.events.shell import ClockPair, DisplayOpened, FrameIntervals, WriterHealth
-from study.recording.client import Recorder
+from study.events.shell import ClockPair, DisplayOpened, FrameIntervals, Note, WriterHealth
+from study.recording.failover import FailoverRecorder
 from study.screens import Screen
 from study.shell.conductor import Conductor
 from study.shell.raw_inputs import RawClose, RawFocus, RawInput, RawKey, RawPointer
@@ -33,11 +35,15 @@ HURRIED_BUDGET_NS = 12_000_000
 
 
 class LiveClock:
-    """The session's time: monotonic, from 0 at its making."""
+    """The session's time: monotonic.
 
-    def __init__(self) -> None:
-        self.origin_perf_ns = time.perf_counter_ns()
-        self.epoch_ns = time.time_ns()
+    Args:
+        start_ns: what it is now: 0, or more if the session is resumed.
+    """
+
+    def __init__(self, start_ns: int = 0) -> None:
+        self.origin_perf_ns = time.perf_counter_ns() - start_ns
+        self.epoch_ns = time.time_ns() - start_ns
 
     def now(self) -> int:
         """Return the session's time, ns."""
@@ -52,7 +58,7 @@ class LiveLoop:
     """
 
     def __init__(
-        self, conductor: Conductor, window: Window, recorder: Recorder, clock: LiveClock
+        self, conductor: Conductor, window: Window, recorder: FailoverRecorder, clock: LiveClock
     ) -> None:
         self._conductor = conductor
         self._window = window
@@ -83,6 +89,7 @@ class LiveLoop:
         next_frame = clock.now()
         with self._signals():
             while not self._conductor.finished:
+                self._watch_recording()
                 self._take_inputs()
                 self._conductor.collect(clock.now)
                 self._step_clock()
@@ -98,6 +105,17 @@ class LiveLoop:
                     busy = self._conductor.fleet_pending or self._conductor.fit_pending
                     window.wait(min(remaining, 2_000_000 if busy else remaining) / SECOND)
         self._flush_frames(clock.now())
+
+    def _watch_recording(self) -> None:
+        """If the writer failed, stand still until another has all that waited."""
+        fault = self._recorder.check(time.perf_counter_ns())
+        if fault is None:
+            return
+        self._conductor.feed(RecordingInterrupted(self._clock.now(), fault))
+        # Seen before the wait for the new part.
+        self._draw(self._clock.now())
+        part = self._recorder.begin_part(fault)
+        self._conductor.feed(RecordingRestored(self._clock.now(), part))
 
     def _take_inputs(self) -> None:
         if self._quit_reason:
@@ -173,6 +191,8 @@ class LiveLoop:
         if now >= self._next_health_ns:
             self._next_health_ns = now + HEALTH_EVERY_NS
             recorder = self._recorder
+            for remark in recorder.take_remarks():
+                self._conductor.observe(Note(now, remark))
             self._conductor.observe(
                 WriterHealth(now, recorder.durable_sequence, recorder.sent_sequence)
             )

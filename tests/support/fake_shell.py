@@ -18,6 +18,8 @@ from study.events.inputs import (
     Input,
     KeyChanged,
     PointerPressed,
+    RecordingInterrupted,
+    RecordingRestored,
     SessionOpened,
     TimestepDue,
 )
@@ -81,6 +83,7 @@ class FakeShell:
         self.pace = 0.0
         self.screen: Screen | None = None
         self.finished = False
+        self.interrupted = False
         self._outcomes = np.zeros(0, np.int32)
         self._lengths = np.zeros(0, np.int64)
         self._scored = False
@@ -136,6 +139,16 @@ class FakeShell:
     def step(self, alter: Alter | None = None) -> tuple[Event, ...]:
         """Let one timestep be due and answered."""
         return (*self.due(), *self.answer_fleet(alter))
+
+    def interrupt(self) -> tuple[Event, ...]:
+        """Say that the writer of the recording failed."""
+        self.interrupted = True
+        return self.feed(RecordingInterrupted(self.later(1_000_000), "made up"))
+
+    def restore(self) -> tuple[Event, ...]:
+        """Say that another part of the recording is under way."""
+        self.interrupted = False
+        return self.feed(RecordingRestored(self.later(1_000_000), part=2))
 
     # Made-up answers
 
@@ -223,7 +236,9 @@ class FakeShell:
     def help(self) -> None:
         """Do the one thing that brings the session on."""
         screen = self.screen
-        if isinstance(screen, PauseScreen):
+        if self.interrupted:
+            self.restore()
+        elif isinstance(screen, PauseScreen):
             self.key("return")
         elif self.fleet is not None:
             self.answer_fleet()

@@ -47,21 +47,32 @@ class Participant:
         study: the running program.
         mouse: whether surveys and pages are answered by clicks where that is possible.
         seed: of the choices made.
+        part: which part of the session is being recorded.
     """
 
     def __init__(
-        self, hands: Hands, folder: Path, study: subprocess.Popen[bytes], *, mouse: bool, seed: int
+        self,
+        hands: Hands,
+        folder: Path,
+        study: subprocess.Popen[bytes],
+        *,
+        mouse: bool,
+        seed: int,
+        part: int = 1,
     ) -> None:
         self._hands = hands
         self._folder = folder
         self._study = study
         self._mouse = mouse
+        self._pattern = "*.mcap" if part == 1 else f"*_part{part}.mcap"
         self._random = random.Random(seed)
         self._renderer: Renderer | None = None
 
     def _look(self) -> tuple[StageEntered | None, bool, int, bool]:
         """Return the stage, whether its trial runs, the number of stages, whether it ended."""
-        files = sorted([*self._folder.glob("*.mcap.part"), *self._folder.glob("*.mcap")])
+        files = sorted(
+            [*self._folder.glob(f"{self._pattern}.part"), *self._folder.glob(self._pattern)]
+        )
         stage, running, stages, ended = None, False, 0, False
         if files:
             try:

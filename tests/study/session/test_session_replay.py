@@ -40,7 +40,12 @@ wild_moves = st.one_of(
     st.tuples(st.just("key"), st.sampled_from(KEYS), st.booleans()),
     st.tuples(st.just("point"), st.sampled_from(TARGETS), st.just(False)),
     st.tuples(
-        st.sampled_from(["focus", "due", "answer", "stale", "fit", "stale fit", "help", "wait"]),
+        st.sampled_from(
+            [
+                *["focus", "due", "answer", "stale", "fit", "stale fit", "help", "wait"],
+                *["interrupt", "restore"],
+            ]
+        ),
         st.just(""),
         st.booleans(),
     ),
@@ -75,6 +80,10 @@ def make(shell: FakeShell, kind: str, what: str, yes: bool) -> None:
     elif kind == "stale fit":
         answer = FitFailed if yes else FitTimedOut
         shell.feed(answer(shell.later(), 9999, "late" if yes else 1.0))  # type: ignore[arg-type]
+    elif kind == "interrupt":
+        shell.interrupt()
+    elif kind == "restore":
+        shell.restore()
     elif kind == "wait":
         shell.later(7 * STEP_NS)
     else:

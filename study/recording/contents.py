@@ -1,0 +1,399 @@
+"""Opens a recording: by its index if it is whole, by a search for what is readable if not."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import zlib
+from collections import Counter
+from pathlib import Path
+from typing import Any, BinaryIO, TypeVar
+
+import numpy as np
+
+from study.errors import RecordingError
+from study.recording import losses as loss_text
+from study.recording import mcap_records
+from study.recording.descriptors import descriptor_set, message_name
+from study.recording.findings import (
+    MAX_CHUNKS,
+    MAX_RECORDS,
+    Chunk,
+    Findings,
+    FoundChunk,
+    count_by_channel,
+    gaps,
+    ordered,
+)
+from study.recording.identity import (
+    CHANNELS,
+    SALVAGED_BY_TOPIC,
+    SALVAGED_LOSSES,
+    SALVAGED_NUMBERS,
+    SALVAGED_PROBLEMS,
+)
+from study.recording.losses import Loss
+from study.recording.mcap_records import MAGIC, DamagedError, Declaration, ExceedsError, TopLevel
+from study.recording.mcap_summary import Summary, check_data_section, read_summary
+from study.recording.mcap_walk import record_at, walk
+from study.recording.wire import record_types_by_topic
+
+_Stated = TypeVar("_Stated", dict[str, Any], list[Any])
+_PLACES_TOLD = 20
+_AFTER_DATA = [bytes([code]) for code in (*b"\x02\x03\x04\x08\x0a\x0b\x0d\x0e", MAGIC[0])]
+"""First bytes of what a summary consists of."""
+_ENDED_TOPIC = "event/session_ended"
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Contents:
+    """What is readable of a file.
+
+    Attributes:
+        complete: whether nothing is missing, index and summary neither.
+        problems: in words, what is missing or was left out.
+        losses: the records that are missing.
+        lost_by_topic: how many are missing by topic, as far as the summary tells.
+        metadata: what the writer said.
+        attachments: name to contents.
+        declarations: schemas and channels.
+        chunks: those readable, by sequence.
+        numbers: sequence numbers held: first and last of each unbroken run.
+        found: the chunks once more with what a walk found; empty if the index was used.
+    """
+
+    complete: bool
+    problems: tuple[str, ...]
+    losses: tuple[Loss, ...]
+    lost_by_topic: dict[str, int]
+    metadata: dict[str, str]
+    attachments: dict[str, bytes]
+    declarations: tuple[Declaration, ...]
+    chunks: tuple[Chunk, ...]
+    numbers: tuple[tuple[int, int], ...]
+    found: tuple[FoundChunk, ...] = ()
+
+    @property
+    def channels(self) -> dict[int, str]:
+        """MCAP channel to topic."""
+        return {
+            item.number: item.topic
+            for item in self.declarations
+            if item.opcode == mcap_records.CHANNEL
+        }
+
+
+def read_contents(stream: BinaryIO, size: int, path: Path) -> Contents:
+    """Open a file by its index if it is whole, else by `search_contents`.
+
+    Raises:
+        RecordingError: it is no recording of ours, was made by a newer version, or exceeds what
+            any recording has.
+    """
+    try:
+        return _by_index(stream, size, path)
+    except ExceedsError as error:
+        raise RecordingError(
+            f"{path} is refused: {error}", "No recording of this program is like that."
+        ) from error
+    except DamagedError:
+        return search_contents(stream, size, path)
+
+
+def search_contents(stream: BinaryIO, size: int, path: Path) -> Contents:
+    """Find everything readable in a file, whatever its state, and check all of it.
+
+    Raises:
+        RecordingError: as `read_contents`.
+    """
+    summary, intact = _checked_summary(stream)
+    findings = Findings(path, intact=intact)
+    last_damage, exceeded = -1, ""
+    where: list[str] = []
+    stream.seek(0)
+    if stream.read(len(MAGIC)) != MAGIC:
+        findings.problems.append(f"{path.name}: it does not begin as an MCAP file.")
+    try:
+        for first, after, error in walk(stream, summary.start if summary else size, findings.take):
+            if isinstance(error, ExceedsError):
+                exceeded = exceeded or str(error)
+            stream.seek(first)
+            if findings.ended and stream.read(1) in _AFTER_DATA:
+                # What follows the data is the summary, whose loss is told already.
+                continue
+            findings.ended = False
+            where.append(f"{path.name}: {error} (bytes {first} to {after - 1}).")
+            last_damage = first
+    except ExceedsError as error:
+        raise RecordingError(f"{path} is refused: {error}") from error
+    if not findings.ours:
+        why = [*findings.problems, *where, "It was written by another program."][0]
+        raise RecordingError(
+            f"{path} is no recording of this program: {why}",
+            "Give the path of a recording (*.mcap), or of its unfinished .mcap.part.",
+        )
+    if exceeded and (intact or not findings.chunks):
+        raise RecordingError(
+            f"{path} is refused: {exceeded}", "No recording of this program is like that."
+        )
+    if summary is None:
+        findings.problems.append(f"{path.name}: its summary and index are missing.")
+    elif not intact and not where:
+        findings.problems.append(f"{path.name}: the checksum of its data section is wrong.")
+    findings.problems += where[:_PLACES_TOLD]
+    if len(where) > _PLACES_TOLD:
+        findings.problems.append(f"{len(where) - _PLACES_TOLD} more places are damaged.")
+    findings.check_digests()
+    _declare_the_lost(findings, summary)
+    chunks = ordered(findings)
+    losses = gaps(chunks, continues=findings.continues)
+    missing = _missing_by_topic(findings, summary, chunks)
+    places = [chunk.place.start for chunk in chunks]
+    # In a file whose blocks changed places, damage anywhere may have been its end.
+    after_last = last_damage >= 0 and (last_damage > places[-1] if places else True)
+    after_last |= places != sorted(places)
+    if summary is None and findings.ended:
+        findings.ended = _proved_end(stream, findings.end)
+        after_last |= not findings.ended
+    losses += _end(chunks, losses, findings, missing, damaged_end=after_last)
+    losses += [loss for loss in _stated_losses(findings.metadata) if loss not in losses]
+    losses.sort(key=lambda loss: loss.first)
+    findings.problems += _stated_problems(findings.metadata)
+    origin = chunks[0].first_ns if chunks else 0
+    findings.problems += [loss.text(origin) for loss in losses]
+    if missing:
+        findings.problems.append(f"Missing in all: {loss_text.counts_text(missing)}.")
+    return Contents(
+        complete=not losses and not findings.problems,
+        problems=(*findings.problems, *_unknown_topics(findings)),
+        losses=tuple(losses),
+        lost_by_topic=missing or {},
+        metadata=findings.metadata,
+        attachments=findings.attachments,
+        declarations=tuple(findings.declarations.values()),
+        chunks=tuple(chunk.place for chunk in chunks),
+        numbers=tuple(run for chunk in chunks for run in _runs(chunk)),
+        found=tuple(chunks),
+    )
+
+
+def _by_index(stream: BinaryIO, size: int, path: Path) -> Contents:
+    """Open a whole file of which only beginning and end are unpacked.
+
+    Raises:
+        DamagedError: it is not whole, or has no index.
+    """
+    summary = read_summary(stream)
+    if summary is None:
+        raise DamagedError("its summary and index are missing or cut off")
+    if summary.message_count > MAX_RECORDS or len(summary.chunks) > MAX_CHUNKS:
+        raise ExceedsError(f"there are more than {MAX_RECORDS} records or {MAX_CHUNKS} chunks")
+    check_data_section(stream, summary)
+    findings = Findings(path, intact=True)
+    position = len(MAGIC)
+    end = summary.chunks[0].start if summary.chunks else summary.start
+    while position < end:
+        record = record_at(stream, position, size)
+        findings.take(record)
+        position = record.start + len(record.payload)
+    if not findings.ours or not summary.chunks:
+        raise DamagedError("it is to be searched")
+    findings.check_digests()
+    findings.declare(summary.declarations)
+    if sum(summary.by_channel.values()) != summary.message_count:
+        raise DamagedError("its summary contradicts itself")
+    if not set(summary.by_channel) <= set(findings.channels):
+        raise DamagedError("its channels are declared nowhere")
+    losses = _stated_losses(findings.metadata)
+    numbers, origin = _stated_numbers(stream, size, summary, findings)
+    if summary.message_count != sum(last - first + 1 for first, last in numbers):
+        raise DamagedError("its numbers do not follow one another")
+    findings.problems += [loss.text(origin) for loss in losses]
+    lost = _stated_by_topic(findings.metadata)
+    findings.problems += _stated_problems(findings.metadata)
+    if lost:
+        findings.problems.append(f"Missing in all: {loss_text.counts_text(lost)}.")
+    chunks = tuple(
+        Chunk(
+            item.start + mcap_records.RECORD.size,
+            item.length - mcap_records.RECORD.size,
+            frozenset(item.index_places),
+            item.index_places,
+            item.index_length,
+        )
+        for item in summary.chunks
+        if item.index_places
+    )
+    return Contents(
+        complete=not findings.problems,
+        problems=(*findings.problems, *_unknown_topics(findings)),
+        losses=losses,
+        lost_by_topic=lost,
+        metadata=findings.metadata,
+        attachments=findings.attachments,
+        declarations=tuple(findings.declarations.values()),
+        chunks=chunks,
+        numbers=numbers,
+    )
+
+
+def _checked_summary(stream: BinaryIO) -> tuple[Summary | None, bool]:
+    """Return a file's summary if it is whole, and whether all data before it are."""
+    try:
+        summary = read_summary(stream)
+    except ExceedsError:
+        return None, False
+    if summary is None:
+        return None, False
+    try:
+        check_data_section(stream, summary)
+    except DamagedError:
+        return summary, False
+    return summary, True
+
+
+def _proved_end(stream: BinaryIO, record: TopLevel) -> bool:
+    """Whether the record that ends the data states their checksum."""
+    stream.seek(0)
+    left = record.start - mcap_records.RECORD.size
+    checksum = 0
+    while block := stream.read(min(left, 2**20)):
+        checksum = zlib.crc32(block, checksum)
+        left -= len(block)
+    return record.payload == checksum.to_bytes(4, "little")
+
+
+def _declare_the_lost(findings: Findings, summary: Summary | None) -> None:
+    """Find the channels elsewhere if the chunk that declares them is damaged."""
+    if findings.channels:
+        return
+    if summary is not None:
+        findings.declare(summary.declarations)
+        return
+    topics = [str(topic) for topic in _stated_json(findings.metadata, CHANNELS, [])]
+    known = record_types_by_topic()
+    for number, topic in enumerate(topics, start=1):
+        if topic in known:
+            schema = mcap_records.schema_payload(
+                number, message_name(known[topic]), descriptor_set(topic)
+            )
+            channel = mcap_records.channel_payload(number, number, topic)
+            findings.declare(
+                [
+                    Declaration(mcap_records.SCHEMA, number, schema),
+                    Declaration(mcap_records.CHANNEL, number, channel),
+                ]
+            )
+
+
+def _missing_by_topic(
+    findings: Findings, summary: Summary | None, chunks: list[FoundChunk]
+) -> dict[str, int] | None:
+    """Return how many records are missing by topic; None if there is no summary that says."""
+    if summary is None:
+        return None
+    channels = findings.channels
+    missing: Counter[str] = Counter()
+    held = count_by_channel(chunks)
+    for number, count in summary.by_channel.items():
+        if count > held[number]:
+            missing[channels.get(number, f"channel {number}")] += count - held[number]
+    missing.update(_stated_by_topic(findings.metadata))
+    return dict(missing)
+
+
+def _end(
+    chunks: list[FoundChunk],
+    losses: list[Loss],
+    findings: Findings,
+    missing: dict[str, int] | None,
+    *,
+    damaged_end: bool,
+) -> list[Loss]:
+    """Return what is missing after the last chunk, as one loss or none."""
+    first = int(chunks[-1].sequence[-1]) + 1 if chunks else 0
+    after_ns = chunks[-1].last_ns if chunks else None
+    if missing is not None:
+        count = sum(missing.values()) - sum(loss.count or 0 for loss in losses)
+        if count <= 0:
+            return []
+        # A later part begins anywhere: without any record of it nothing says where it ended.
+        known = chunks or not findings.continues
+        return [Loss(first, first + count - 1 if known else None, after_ns, None)]
+    channels = findings.channels
+    over = findings.ended or (
+        bool(chunks) and _ENDED_TOPIC in {channels[number] for number in chunks[-1].by_channel}
+    )
+    return [] if over and not damaged_end else [Loss(first, None, after_ns, None)]
+
+
+def _runs(chunk: FoundChunk) -> list[tuple[int, int]]:
+    """Return the unbroken runs of a chunk's numbers."""
+    breaks = np.flatnonzero(np.diff(chunk.sequence) != 1) + 1
+    parts = np.split(chunk.sequence, breaks)
+    return [(int(part[0]), int(part[-1])) for part in parts]
+
+
+def _stated_numbers(
+    stream: BinaryIO, size: int, summary: Summary, findings: Findings
+) -> tuple[tuple[tuple[int, int], ...], int]:
+    """Return the numbers that a whole file holds, and the log time of its first record."""
+    first: list[int] = []
+    origin = last = 0
+    for item in [*summary.chunks[:3], summary.chunks[-1]]:
+        payload = record_at(stream, item.start, size).payload
+        messages, _ = mcap_records.chunk_messages(mcap_records.chunk_data(payload))
+        if messages.sequence.size:
+            origin = origin or int(messages.log_time_ns[0])
+            first += messages.sequence[:2].tolist()
+            last = int(messages.sequence[-1])
+    if SALVAGED_NUMBERS in findings.metadata:
+        return _pairs(findings.metadata[SALVAGED_NUMBERS]), origin
+    if not first:
+        raise DamagedError("it is to be searched")
+    begins = next((number for number in first if number), 0)
+    if findings.continues and begins:
+        return ((0, 0), (begins, last)), origin
+    return ((0, last),), origin
+
+
+def _pairs(text: str) -> tuple[tuple[int, int], ...]:
+    try:
+        return tuple((int(first), int(last)) for first, last in json.loads(text))
+    except (ValueError, TypeError, OverflowError, RecursionError) as error:
+        raise DamagedError("its metadata are unreadable") from error
+
+
+def _stated_losses(metadata: dict[str, str]) -> tuple[Loss, ...]:
+    return loss_text.from_json(metadata.get(SALVAGED_LOSSES, "[]"))
+
+
+def _stated_by_topic(metadata: dict[str, str]) -> dict[str, int]:
+    stated = _stated_json(metadata, SALVAGED_BY_TOPIC, {})
+    return {topic: count for topic, count in stated.items() if type(count) is int}
+
+
+def _stated_problems(metadata: dict[str, str]) -> list[str]:
+    return [str(problem) for problem in _stated_json(metadata, SALVAGED_PROBLEMS, [])]
+
+
+def _stated_json(metadata: dict[str, str], key: str, default: _Stated) -> _Stated:
+    """Return what metadata state under a key, of the type of `default`.
+
+    Raises:
+        RecordingError: they state something else.
+    """
+    try:
+        stated = json.loads(metadata[key]) if key in metadata else default
+    except (ValueError, RecursionError):
+        stated = None
+    if not isinstance(stated, type(default)):
+        raise RecordingError(
+            f'the metadata "{key}" are unreadable', "Give the file that it was made from."
+        )
+    return stated
+
+
+def _unknown_topics(findings: Findings) -> list[str]:
+    unknown = sorted(set(findings.channels.values()) - set(record_types_by_topic()))
+    return [f"Topics unknown to this program are left out: {unknown}."] if unknown else []

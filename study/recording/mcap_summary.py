@@ -1,0 +1,168 @@
+"""The summary at the end of a complete MCAP file: declarations, statistics, chunk index."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import struct
+import zlib
+from typing import BinaryIO, Final
+
+from study.recording.mcap_records import (
+    CHANNEL,
+    CHUNK_INDEX,
+    DATA_END,
+    FOOTER,
+    MAGIC,
+    MAX_CHUNK_BYTES,
+    MAX_RECORD_BYTES,
+    RECORD,
+    SCHEMA,
+    STATISTICS,
+    DamagedError,
+    Declaration,
+    ExceedsError,
+    declaration,
+    text_at,
+)
+
+FOOTER_BYTES: Final = RECORD.size + 20 + len(MAGIC)
+DATA_END_BYTES: Final = RECORD.size + 4
+_STATISTICS = struct.Struct("<QHIIIIQQ")
+_INDEX = struct.Struct("<QQQQI")
+_CRC_BLOCK: Final = 2**20
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class IndexedChunk:
+    """What the chunk index says of one chunk.
+
+    Attributes:
+        start: place of the chunk's record in the file, bytes.
+        length: of the record, with opcode and length, bytes.
+        index_length: of the message indexes right after it, bytes.
+        index_places: where in the file the message index of each channel begins.
+    """
+
+    start: int
+    length: int
+    index_length: int
+    index_places: dict[int, int]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Summary:
+    """A summary whose checksum is right.
+
+    Attributes:
+        start: where it begins, which is where the data section has ended, bytes.
+        declarations: schemas and channels.
+        chunks: the chunk index, in file order.
+        message_count: messages in the file.
+        by_channel: of them, by channel.
+    """
+
+    start: int
+    declarations: tuple[Declaration, ...]
+    chunks: tuple[IndexedChunk, ...]
+    message_count: int
+    by_channel: dict[int, int]
+
+
+def read_summary(stream: BinaryIO) -> Summary | None:
+    """Return a file's summary; None if it has none that is whole.
+
+    Raises:
+        ExceedsError: it lists a chunk that is larger than any.
+    """
+    size = stream.seek(0, os.SEEK_END)
+    if size < len(MAGIC) + FOOTER_BYTES:
+        return None
+    stream.seek(size - FOOTER_BYTES)
+    footer = stream.read(FOOTER_BYTES)
+    opcode, length = RECORD.unpack_from(footer)
+    start, _, checksum = struct.unpack_from("<QQI", footer, RECORD.size)
+    room = size - FOOTER_BYTES - start
+    if opcode != FOOTER or length != 20 or footer[-len(MAGIC) :] != MAGIC:
+        return None
+    if start < len(MAGIC) + DATA_END_BYTES or not 0 <= room <= MAX_RECORD_BYTES:
+        return None
+    stream.seek(start)
+    data = stream.read(room)
+    if zlib.crc32(footer[: RECORD.size + 16], zlib.crc32(data)) != checksum:
+        return None
+    try:
+        return _parse(data, start)
+    except ExceedsError:
+        raise
+    except (struct.error, UnicodeDecodeError, DamagedError):
+        return None
+
+
+def check_data_section(stream: BinaryIO, summary: Summary) -> None:
+    """Hold everything before the summary against its checksum.
+
+    Raises:
+        DamagedError: it has another checksum, or says none.
+    """
+    stream.seek(0)
+    left = summary.start - DATA_END_BYTES
+    checksum = 0
+    while left:
+        block = stream.read(min(left, _CRC_BLOCK))
+        if not block:
+            raise DamagedError("it became shorter while it was read")
+        checksum = zlib.crc32(block, checksum)
+        left -= len(block)
+    opcode, length, said = struct.unpack("<BQI", stream.read(DATA_END_BYTES))
+    if opcode != DATA_END or length != 4 or said != checksum:
+        raise DamagedError("the checksum of its data section is wrong")
+
+
+def _parse(data: bytes, start: int) -> Summary:
+    declarations: list[Declaration] = []
+    chunks: list[IndexedChunk] = []
+    count, by_channel = 0, dict[int, int]()
+    position = 0
+    while position < len(data):
+        opcode, length = RECORD.unpack_from(data, position)
+        position += RECORD.size
+        if length > len(data) - position:
+            raise DamagedError("a record of the summary is cut off")
+        payload = data[position : position + length]
+        if opcode in {SCHEMA, CHANNEL}:
+            declarations.append(declaration(opcode, payload))
+        elif opcode == STATISTICS:
+            count = _STATISTICS.unpack_from(payload)[0]
+            by_channel = dict(_pairs(payload, _STATISTICS.size))
+        elif opcode == CHUNK_INDEX:
+            chunks.append(_indexed_chunk(payload, start))
+        position += length
+    chunks.sort(key=lambda item: item.start)
+    return Summary(start, tuple(declarations), tuple(chunks), count, by_channel)
+
+
+def _indexed_chunk(payload: bytes, end: int) -> IndexedChunk:
+    _, _, start, length, pairs_length = _INDEX.unpack_from(payload)
+    places = dict(_pairs(payload, _INDEX.size - 4))
+    (index_length,) = struct.unpack_from("<Q", payload, _INDEX.size + pairs_length)
+    at_sizes = _INDEX.size + pairs_length + 8
+    _, at_sizes = text_at(payload, at_sizes)
+    if struct.unpack_from("<QQ", payload, at_sizes)[1] > MAX_CHUNK_BYTES:
+        raise ExceedsError(
+            f"the chunk at byte {start} would have more than {MAX_CHUNK_BYTES} bytes"
+        )
+    if start + length + index_length > end or length < RECORD.size:
+        raise DamagedError("the index points beyond the data")
+    if any(not start + length <= place < end for place in places.values()):
+        raise DamagedError("the index points beyond the data")
+    return IndexedChunk(start, length, index_length, places)
+
+
+def _pairs(payload: bytes, position: int) -> list[tuple[int, int]]:
+    """Return a map from channel to a number: its length in bytes, then uint16 and uint64."""
+    (length,) = struct.unpack_from("<I", payload, position)
+    begin = position + 4
+    if length % 10 or begin + length > len(payload):
+        raise DamagedError("a map of the summary is malformed")
+    return list(struct.iter_unpack("<HQ", payload[begin : begin + length]))

@@ -1,0 +1,303 @@
+"""A session's parts, read as one recording.
+
+A session is recorded in one file, unless its writer failed or the study was resumed: then
+numbered parts follow it. Sequence numbers run through all of them. A part begun after the
+writer failed repeats what was not known to be on disk; of such duplicates the first counts.
+A part begun by a resume goes back to a boundary: what earlier parts hold after it is left out.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import re
+from collections.abc import Iterable, Iterator
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from study.events.events import TrialStarted
+from study.events.fields import Family, Record
+from study.events.inputs import SessionResumed
+from study.recording.identity import PART
+from study.recording.losses import Loss
+from study.recording.reader import RawRecord, Recording, read_recording
+
+_FILE_NAME = re.compile(r"(?P<name>.+?)(?:_part(?P<part>[1-9][0-9]{0,5}))?\.mcap(?P<open>\.part)?")
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Span:
+    """Which sequence numbers one part contributes, both ends included; empty if last < first."""
+
+    first: int
+    last: int
+
+
+_ALL = Span(0, 2**64 - 1)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class SessionRecording:
+    """All parts of one session, with the interface of a `Recording`; made by `join_parts`.
+
+    Attributes:
+        parts: the files, in order; at least one.
+        spans: what each part adds to those before it.
+        left_out: spans recorded between a boundary and the resume that went back to it.
+        losses: records of the session that are in no part, in order.
+        faults: in words, where the parts do not fit together.
+    """
+
+    parts: tuple[Recording, ...]
+    spans: tuple[Span, ...] = dataclasses.field(repr=False)
+    left_out: tuple[Span, ...] = dataclasses.field(repr=False)
+    losses: tuple[Loss, ...] = ()
+    faults: tuple[str, ...] = ()
+
+    @property
+    def path(self) -> Path:
+        """The file of the first part."""
+        return self.parts[0].path
+
+    @property
+    def session_id(self) -> str:
+        """Identifier of the session."""
+        return self.parts[0].session_id
+
+    @property
+    def metadata(self) -> dict[str, str]:
+        """What the writer of the first part said of it."""
+        return self.parts[0].metadata
+
+    @property
+    def attachments(self) -> dict[str, bytes]:
+        """Name to contents, of the first part."""
+        return self.parts[0].attachments
+
+    @property
+    def complete(self) -> bool:
+        """Whether no record that belongs to the session is missing, and the last file is whole.
+
+        An earlier part may be torn where a later one makes up for it.
+        """
+        return not self.faults and self.parts[-1].complete
+
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """In words, what is missing, was left out, or does not fit together."""
+        return (*(problem for part in self.parts for problem in part.problems), *self.faults)
+
+    @cached_property
+    def sha256(self) -> str:
+        """SHA-256 of the file; of several parts, that of their hexadecimal hashes in order."""
+        digests = [part.sha256 for part in self.parts]
+        if len(digests) == 1:
+            return digests[0]
+        return hashlib.sha256("\n".join(digests).encode()).hexdigest()
+
+    @cached_property
+    def left_out_records(self) -> int:
+        """How many records are in the files but, for a resume, not part of the session."""
+        if not self.left_out:
+            return 0
+        return sum(
+            _within(raw.sequence, span) and not self._kept(raw.sequence, span)
+            for part, span in zip(self.parts, self.spans, strict=True)
+            for raw in part.raw()
+        )
+
+    @cached_property
+    def left_out_trials(self) -> int:
+        """How many fleet runs are among them: broken off."""
+        if not self.left_out:
+            return 0
+        return sum(
+            _within(sequence, span) and not self._kept(sequence, span)
+            for part, span in zip(self.parts, self.spans, strict=True)
+            for sequence, _ in part.records(TrialStarted.topic)
+        )
+
+    def records(self, *topics: str) -> Iterator[tuple[int, Record]]:
+        """Yield (sequence, record) in order of sequence; see `Recording.records`."""
+        for part, span in zip(self.parts, self.spans, strict=True):
+            for sequence, record in part.records(*topics):
+                if self._kept(sequence, span):
+                    yield sequence, record
+
+    def raw(self, *families: Family) -> Iterator[RawRecord]:
+        """Yield records undecoded, in order of sequence; see `Recording.raw`."""
+        for part, span in zip(self.parts, self.spans, strict=True):
+            for raw in part.raw(*families):
+                if self._kept(raw.sequence, span):
+                    yield raw
+
+    def columns(self, topic: str) -> list[dict[str, npt.NDArray[Any]]]:
+        """Return a topic's records as arrays; see `Recording.columns`."""
+        if len(self.parts) == 1:
+            return self.parts[0].columns(topic)
+        found: list[dict[str, npt.NDArray[Any]]] = []
+        for part, span in zip(self.parts, self.spans, strict=True):
+            for run in part.columns(topic):
+                numbers = run["sequence"].astype(np.int64)
+                kept = (numbers >= span.first) & (numbers <= span.last)
+                for out in self.left_out:
+                    kept &= (numbers < out.first) | (numbers > out.last)
+                if kept.any():
+                    found.append({name: values[kept] for name, values in run.items()})
+        return found
+
+    def _kept(self, sequence: int, span: Span) -> bool:
+        return _within(sequence, span) and not any(_within(sequence, out) for out in self.left_out)
+
+
+def _within(sequence: int, span: Span) -> bool:
+    return span.first <= sequence <= span.last
+
+
+def read_session(path: Path) -> SessionRecording:
+    """Open the session that a file belongs to, with the parts that lie beside it.
+
+    Raises:
+        RecordingError: there is no such file, it is no recording of ours, or was made by a newer
+            version of this program.
+    """
+    given = read_recording(path)
+    beside = [read_recording(other) for other in part_files(path) if other != path]
+    parts = [given, *(part for part in beside if part.session_id == given.session_id)]
+    return next(session for session in join_parts(parts) if given in session.parts)
+
+
+def read_sessions(paths: Iterable[Path]) -> list[SessionRecording]:
+    """Open recordings and join those of one session.
+
+    Raises:
+        RecordingError: one of them cannot be read.
+    """
+    return join_parts(read_recording(path) for path in paths)
+
+
+def part_files(path: Path) -> list[Path]:
+    """Return the parts of a recording that lie in its folder, in order, itself among them.
+
+    They are told by their names: ``NAME.mcap``, ``NAME_part2.mcap``, ...; each may still end in
+    ``.part``. A file that has just got its final name is listed by that alone.
+    """
+    name = _FILE_NAME.fullmatch(path.name)
+    if name is None:
+        return [path]
+    found: dict[int, Path] = {}
+    for other in sorted(path.parent.glob("*.mcap*")):
+        match = _FILE_NAME.fullmatch(other.name)
+        if match and match["name"] == name["name"]:
+            found.setdefault(int(match["part"] or 1), other)
+    return [found[number] for number in sorted(found)]
+
+
+def part_name(name: str, part: int) -> str:
+    """Return the name, without ``.mcap``, of a part of the recording called ``name``."""
+    return name if part == 1 else f"{name}_part{part}"
+
+
+def base_name(path: Path) -> str:
+    """Return the name of a recording without part and suffixes: that of all its parts."""
+    match = _FILE_NAME.fullmatch(path.name)
+    return match["name"] if match else path.stem
+
+
+def part_number(recording: Recording) -> int:
+    """Return which part of its session a file is, from 1."""
+    given = recording.metadata.get(PART, "1")
+    return int(given) if given.isdecimal() else 1
+
+
+def join_parts(recordings: Iterable[Recording]) -> list[SessionRecording]:
+    """Join the parts of each session.
+
+    Args:
+        recordings: in any order. A second file of the same part of a session is a copy: it makes
+            a session of its own, so that nothing is taken twice.
+
+    Returns:
+        One for each session, in the order of their first files.
+    """
+    groups: dict[tuple[str, int], dict[int, Recording]] = {}
+    for place, recording in enumerate(recordings):
+        number, identity = part_number(recording), recording.session_id
+        copy = 0
+        while number in groups.get((identity, copy), {}):
+            copy += 1
+        # A file too torn to say whose it is belongs to no other.
+        key = (identity, copy) if identity else ("", -1 - place)
+        groups.setdefault(key, {})[number] = recording
+    return [_joined(tuple(group[n] for n in sorted(group))) for group in groups.values()]
+
+
+def _joined(parts: tuple[Recording, ...]) -> SessionRecording:
+    if len(parts) == 1 and part_number(parts[0]) == 1:
+        return SessionRecording(parts, (_ALL,), (), parts[0].losses)
+    spans: list[Span] = []
+    left_out: list[Span] = []
+    faults: list[str] = []
+    kept: list[npt.NDArray[np.int64]] = []
+    seen = -1
+    for place, part in enumerate(parts):
+        numbers = np.fromiter((raw.sequence for raw in part.raw()), np.int64)
+        if place:
+            # The opening note of every part has the number 0.
+            numbers = numbers[numbers > 0]
+            repeated = numbers[numbers <= seen]
+            if repeated.size:
+                faults += _disagreements(parts[:place], part, repeated)
+        for sequence, record in part.records(SessionResumed.topic):
+            if isinstance(record, SessionResumed) and sequence > seen:
+                left_out.append(Span(record.after_sequence + 1, sequence - 1))
+        last = int(numbers[-1]) if numbers.size else seen
+        spans.append(Span(seen + 1, last))
+        kept.append(numbers[numbers > seen])
+        seen = max(seen, last)
+    losses = _gaps(np.concatenate(kept), left_out)
+    faults += [
+        f"Records {loss.first} to {loss.last} are in none of the parts found." for loss in losses
+    ]
+    # Of a torn end only the last part's is a loss: what other parts lack shows as a gap.
+    losses += [loss for loss in parts[-1].losses if loss.last is None]
+    return SessionRecording(parts, tuple(spans), tuple(left_out), tuple(losses), tuple(faults))
+
+
+def _gaps(held: npt.NDArray[np.int64], left_out: list[Span]) -> list[Loss]:
+    """Return which records of the session are in no part; those left out are not missed."""
+    missing: list[Loss] = []
+    # The opening note, number 0, says nothing of the session.
+    held = held[held > 0]
+    for place in np.flatnonzero(np.diff(held, prepend=0) > 1).tolist():
+        first = int(held[place - 1]) + 1 if place else 1
+        last = int(held[place]) - 1
+        for out in sorted(left_out, key=lambda span: span.first):
+            if _within(first, out):
+                first = out.last + 1
+            if _within(last, out):
+                last = out.first - 1
+        if first <= last:
+            missing.append(Loss(first, last, None, None))
+    return missing
+
+
+def _disagreements(
+    before: tuple[Recording, ...], part: Recording, repeated: npt.NDArray[np.int64]
+) -> list[str]:
+    """Compare what a part repeats with what the parts before it hold."""
+    numbers = Span(int(repeated[0]), int(repeated[-1]))
+    theirs: dict[int, tuple[str, int, bytes]] = {}
+    for earlier in before:
+        for raw in earlier.raw():
+            if raw.sequence and _within(raw.sequence, numbers):
+                theirs.setdefault(raw.sequence, (raw.topic, raw.log_time_ns, raw.data))
+    for raw in part.raw():
+        ours = (raw.topic, raw.log_time_ns, raw.data)
+        if _within(raw.sequence, numbers) and theirs.get(raw.sequence, ours) != ours:
+            return [f"Record {raw.sequence} of {part.path.name} differs in a part before it."]
+    return []

@@ -1,0 +1,210 @@
+"""Faults that really happen to `study run`: signals, a dead or stalled writer, a full disk."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from protocols import variant
+from recording_parts import Merged, parts_in
+from study.errors import StudyError
+from study.events.events import Deviation, Paused, Resumed, SessionEnded, TrialStarted
+from study.events.fields import Record
+from study.events.inputs import RecordingInterrupted, TimestepDue
+from study.recording.reader import read_recording
+from study.recording.wire import decode
+from study.verification import verify_recording
+from x11_driver import Hands, x_server
+
+ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="signals and mounts of Linux")
+
+
+@contextmanager
+def running(folder: Path, **environment: str) -> Iterator[subprocess.Popen[str]]:
+    """Start a session, and make sure that it ends."""
+    home = folder.parent / f"{folder.name}_protocol"
+    home.mkdir()
+    protocol = variant(home, ("[practice]\ntimesteps = 10", "[practice]\ntimesteps = 300"))
+    command = [sys.executable, "-m", "study.commands.main", "run", str(protocol)]
+    study = subprocess.Popen(
+        [*command, "-p", "P01", "-o", str(folder)],
+        cwd=ROOT,
+        env={**os.environ, "SDL_VIDEODRIVER": "dummy", "SDL_AUDIODRIVER": "dummy", **environment},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        yield study
+    finally:
+        study.send_signal(signal.SIGCONT)
+        study.kill()
+        study.wait(10)
+        if study.stderr:
+            study.stderr.close()
+
+
+def recorded(folder: Path) -> list[tuple[int, Record]]:
+    """Return sequence and record of all that is on disk by now; nothing while a file moves."""
+    try:
+        rows = Merged(parts_in(folder)).raw("input", "event")
+        return [(row.sequence, decode(row.topic, row.data)) for row in rows]
+    except (StudyError, FileNotFoundError):
+        return []
+
+
+def wait_for(reached: Callable[[], bool], seconds: float = 40.0) -> None:
+    deadline = time.monotonic() + seconds
+    while not reached():
+        assert time.monotonic() < deadline, "not reached in time"
+        time.sleep(0.05)
+
+
+def has(folder: Path, kind: type[Record]) -> bool:
+    return any(isinstance(record, kind) for _, record in recorded(folder))
+
+
+def writer_of(study: subprocess.Popen[str]) -> int:
+    """Return the process id of the study's present writer."""
+    children = Path(f"/proc/{study.pid}/task/{study.pid}/children").read_text().split()
+    (writer,) = [
+        int(child)
+        for child in children
+        if b"study.recording.writer" in Path(f"/proc/{child}/cmdline").read_bytes()
+    ]
+    return writer
+
+
+def assert_replays(folder: Path) -> list[Record]:
+    """Across the parts nothing is missing, and the events follow from the inputs."""
+    merged = Merged(parts_in(folder))
+    assert sorted(merged.rows) == list(range(1, len(merged.rows) + 1))
+    verdict = verify_recording(merged)  # type: ignore[arg-type]
+    assert verdict.matches, verdict.difference
+    assert read_recording(parts_in(folder)[-1]).complete
+    return [record for _, record in recorded(folder)]
+
+
+@contextmanager
+def in_mid_trial(folder: Path) -> Iterator[tuple[subprocess.Popen[str], Hands]]:
+    """Run a session in a window, up to a trial that runs."""
+    with x_server() as display, running(folder, DISPLAY=display, SDL_VIDEODRIVER="x11") as study:
+        hands = Hands(display)
+        hands.wait_for_window()
+
+        def started() -> bool:
+            hands.tap("return")
+            time.sleep(0.2)
+            return has(folder, TrialStarted)
+
+        wait_for(started)
+        yield study, hands
+        hands.close()
+
+
+@pytest.mark.parametrize("sent", [signal.SIGTERM, signal.SIGINT])
+def test_polite_signals_end_the_session_in_order(tmp_path: Path, sent: signal.Signals) -> None:
+    """SIGTERM and SIGINT: status 3, a complete file, the reason in it."""
+    folder = tmp_path / "recordings"
+    with running(folder) as study:
+        wait_for(lambda: has(folder, Record))
+        time.sleep(0.3)
+        study.send_signal(sent)
+        assert study.wait(20) == 3
+    ended = assert_replays(folder)[-1]
+    assert isinstance(ended, SessionEnded)
+    assert (ended.complete, ended.reason) == (False, sent.name)
+    assert [path.suffix for path in folder.iterdir()] == [".mcap"]
+
+
+@pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_lost_writer_costs_a_pause(tmp_path: Path, blow: signal.Signals) -> None:
+    """Within a second the session pauses and a part begins; Enter goes on; nothing is missing."""
+    folder = tmp_path / "recordings"
+    with in_mid_trial(folder) as (study, hands):
+        writer = writer_of(study)
+        struck_ns = time.time_ns()
+        os.kill(writer, blow)
+        wait_for(lambda: has(folder, Deviation))
+        assert not Path(f"/proc/{writer}").exists()
+        assert writer_of(study) != writer
+        hands.tap("return")
+        wait_for(lambda: has(folder, Resumed))
+        study.send_signal(signal.SIGTERM)
+        assert study.wait(20) == 3
+    names = [path.name for path in parts_in(folder)]
+    assert [name.split(".", 1)[1] for name in names] == ["mcap.part", "mcap"]
+    assert names[1].removesuffix("_part2.mcap") == names[0].removesuffix(".mcap.part")
+    records = assert_replays(folder)
+    paused = next(record for record in records if isinstance(record, Paused))
+    assert paused.reason == "recording interrupted"
+    deviation = next(record for record in records if isinstance(record, Deviation))
+    started = next(record for record in records if isinstance(record, TrialStarted))
+    assert (deviation.code, deviation.trial_id) == ("recording_interrupted", started.trial_id)
+    rows = Merged(parts_in(folder)).raw("input")
+    (noticed,) = [row.log_time_ns for row in rows if row.topic == RecordingInterrupted.topic]
+    # A second where the machine is not busy with other tests.
+    assert (noticed - struck_ns) / 1e9 < 2
+
+
+def test_a_study_that_stands_still_goes_on_without_a_burst(tmp_path: Path) -> None:
+    """SIGSTOP and SIGCONT: what was sent is on disk, no step is caught up, no writer is killed."""
+    folder = tmp_path / "recordings"
+    with in_mid_trial(folder) as (study, _):
+        study.send_signal(signal.SIGSTOP)
+        time.sleep(1.2)
+        on_disk = recorded(folder)
+        time.sleep(0.8)
+        study.send_signal(signal.SIGCONT)
+        time.sleep(1.0)
+        study.send_signal(signal.SIGTERM)
+        assert study.wait(20) == 3
+    assert len(parts_in(folder)) == 1
+    records = assert_replays(folder)
+    times = [record.t_ns for record in records]
+    gap = max(range(1, len(times)), key=lambda place: times[place] - times[place - 1])
+    assert times[gap] - times[gap - 1] > 1_500_000_000
+    assert len(on_disk) == gap
+    due = [r.t_ns for r in records if isinstance(r, TimestepDue) and r.t_ns >= times[gap]]
+    # Ten a second, and one at once for the one that is late.
+    assert 1 <= sum(t_ns < times[gap] + 500_000_000 for t_ns in due) <= 6
+
+
+def test_a_full_disk_ends_the_session_with_status_4(tmp_path: Path) -> None:
+    """The message says that the disk is full, what is safe and what to do."""
+    if os.geteuid() != 0:
+        pytest.skip("needs root to mount a small file system")
+    folder = tmp_path / "small"
+    folder.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "none", str(folder)]
+    if subprocess.run(mount, capture_output=True, check=False).returncode:
+        pytest.skip("needs root to mount a small file system")
+    try:
+        with running(folder) as study:
+            wait_for(lambda: has(folder, Record))
+            with (folder / "filler").open("wb", buffering=0) as filler:
+                for size in (4096, 1):
+                    try:
+                        while filler.write(b"x" * size) == size:
+                            pass
+                    except OSError:
+                        continue
+            assert study.wait(20) == 4
+            assert study.stderr is not None
+            said = study.stderr.read()
+        assert "the disk is full" in said
+        assert "It is safe up to" in said
+        assert "Free space" in said
+        assert [path.suffix for path in folder.glob("*.mcap*")] == [".part"]
+        assert recorded(folder)
+    finally:
+        subprocess.run(["umount", "--lazy", str(folder)], check=True)

@@ -1,0 +1,36 @@
+"""Reads the parts of a session independently of `study.recording.parts`, as an oracle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from study.recording.reader import RawRecord, read_recording
+
+
+class Merged:
+    """The records of several files by sequence number; of duplicates, which must be equal, one.
+
+    Args:
+        paths: the files, in order; opening notes are left out.
+    """
+
+    def __init__(self, paths: list[Path]) -> None:
+        self.complete = True
+        self.rows: dict[int, RawRecord] = {}
+        for path in paths:
+            for raw in read_recording(path).raw():
+                if raw.sequence:
+                    assert self.rows.setdefault(raw.sequence, raw) == raw, raw.sequence
+
+    def raw(self, *families: str) -> Iterator[RawRecord]:
+        """Yield records in order of sequence."""
+        for _, row in sorted(self.rows.items()):
+            if not families or row.topic.split("/")[0] in families:
+                yield row
+
+
+def parts_in(folder: Path) -> list[Path]:
+    """Return a folder's recordings in order of part."""
+    files = [*folder.glob("*.mcap"), *folder.glob("*.mcap.part")]
+    return sorted(files, key=lambda path: int(read_recording(path).metadata["part"]))
