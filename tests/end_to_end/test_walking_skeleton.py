@@ -86,7 +86,7 @@ def has_begun(folder: Path) -> bool:
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_killed_study_leaves_a_whole_recording(tmp_path: Path, task: str, seed: int) -> None:
     """SIGKILL at a random moment: the file is finished, and replays to its last input."""
-    protocol = erratic(tmp_path) if task == "erratic" else variant(tmp_path, base="pilot")
+    protocol = erratic(tmp_path) if task == "erratic" else variant(tmp_path, base="scaled_autonomy")
     folder = tmp_path / "recordings"
     script = ROOT / "tests" / "support" / "killable_session.py"
     study = subprocess.Popen([sys.executable, str(script), str(protocol), str(folder)], cwd=ROOT)
