@@ -48,7 +48,14 @@ def simulated_assignments(loaded: LoadedProtocol, participants: int, seed: int) 
     ]
 
 
-def simulate_session(protocol: str, assignment: Assignment, study_seed: int, folder: Path) -> Path:
+def simulate_session(
+    protocol: str,
+    assignment: Assignment,
+    study_seed: int,
+    folder: Path,
+    *,
+    batch_bytes: int = BATCH_BYTES,
+) -> Path:
     """Run one simulated participant through the whole session.
 
     Args:
@@ -56,13 +63,14 @@ def simulate_session(protocol: str, assignment: Assignment, study_seed: int, fol
         assignment: who and how.
         study_seed: seed from which the operator's parameters were drawn.
         folder: where the recording goes.
+        batch_bytes: bytes of records sent together; 0 sends each at once.
 
     Returns:
         The finished recording.
     """
     loaded = load_protocol(protocol)
     opened = session_opened(loaded, assignment)
-    recorder = start_recorder(folder, loaded, opened, batch_bytes=BATCH_BYTES)
+    recorder = start_recorder(folder, loaded, opened, batch_bytes=batch_bytes)
     epoch_ns = time.time_ns()
     fleet = open_fleet(loaded.protocol.task.name, loaded.protocol.task.parameters)
     fitter = InlineFitter(loaded.description)

@@ -112,24 +112,8 @@ _REGISTRY: dict[str, type[Record]] = {}
         strings,
     ),
 )
-@dataclass_transform(
-    frozen_default=True,
-    eq_default=False,
-    field_specifiers=(
-        fixed64,
-        sfixed32,
-        double,
-        boolean,
-        string,
-        blob,
-        floats,
-        doubles,
-        ints,
-        strings,
-    ),
-)
 def record(family: Family, topic: str) -> Callable[[type[T]], type[T]]:
-    """Class decorator: make a frozen dataclass a record under ``<family>s/<topic>``.
+    """Class decorator: make a frozen dataclass a record under ``<family>/<topic>``.
 
     Raises:
         ValueError: the topic is taken, or two fields share a number.
