@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import zlib
 from collections import Counter
 from pathlib import Path
-from typing import Any, BinaryIO, TypeVar
+from typing import BinaryIO
 
 import numpy as np
 
 from study.errors import RecordingError
-from study.recording import losses as loss_text
-from study.recording import mcap_records
+from study.recording import mcap_records, stated
 from study.recording.descriptors import descriptor_set, message_name
 from study.recording.findings import (
     MAX_CHUNKS,
@@ -25,20 +23,13 @@ from study.recording.findings import (
     gaps,
     ordered,
 )
-from study.recording.identity import (
-    CHANNELS,
-    SALVAGED_BY_TOPIC,
-    SALVAGED_LOSSES,
-    SALVAGED_NUMBERS,
-    SALVAGED_PROBLEMS,
-)
-from study.recording.losses import Loss
+from study.recording.identity import CHANNELS, SALVAGED_NUMBERS
+from study.recording.losses import Loss, counts_text
 from study.recording.mcap_records import MAGIC, DamagedError, Declaration, ExceedsError, TopLevel
 from study.recording.mcap_summary import Summary, check_data_section, read_summary
 from study.recording.mcap_walk import record_at, walk
 from study.recording.wire import record_types_by_topic
 
-_Stated = TypeVar("_Stated", dict[str, Any], list[Any])
 _PLACES_TOLD = 20
 _AFTER_DATA = [bytes([code]) for code in (*b"\x02\x03\x04\x08\x0a\x0b\x0d\x0e", MAGIC[0])]
 """First bytes of what a summary consists of."""
@@ -156,13 +147,13 @@ def search_contents(stream: BinaryIO, size: int, path: Path) -> Contents:
         findings.ended = _proved_end(stream, findings.end)
         after_last |= not findings.ended
     losses += _end(chunks, losses, findings, missing, damaged_end=after_last)
-    losses += [loss for loss in _stated_losses(findings.metadata) if loss not in losses]
+    losses += [loss for loss in stated.losses(findings.metadata) if loss not in losses]
     losses.sort(key=lambda loss: loss.first)
-    findings.problems += _stated_problems(findings.metadata)
+    findings.problems += stated.problems(findings.metadata)
     origin = chunks[0].first_ns if chunks else 0
     findings.problems += [loss.text(origin) for loss in losses]
     if missing:
-        findings.problems.append(f"Missing in all: {loss_text.counts_text(missing)}.")
+        findings.problems.append(f"Missing in all: {counts_text(missing)}.")
     return Contents(
         complete=not losses and not findings.problems,
         problems=(*findings.problems, *_unknown_topics(findings)),
@@ -204,15 +195,15 @@ def _by_index(stream: BinaryIO, size: int, path: Path) -> Contents:
         raise DamagedError("its summary contradicts itself")
     if not set(summary.by_channel) <= set(findings.channels):
         raise DamagedError("its channels are declared nowhere")
-    losses = _stated_losses(findings.metadata)
+    losses = stated.losses(findings.metadata)
     numbers, origin = _stated_numbers(stream, size, summary, findings)
     if summary.message_count != sum(last - first + 1 for first, last in numbers):
         raise DamagedError("its numbers do not follow one another")
     findings.problems += [loss.text(origin) for loss in losses]
-    lost = _stated_by_topic(findings.metadata)
-    findings.problems += _stated_problems(findings.metadata)
+    lost = stated.by_topic(findings.metadata)
+    findings.problems += stated.problems(findings.metadata)
     if lost:
-        findings.problems.append(f"Missing in all: {loss_text.counts_text(lost)}.")
+        findings.problems.append(f"Missing in all: {counts_text(lost)}.")
     chunks = tuple(
         Chunk(
             item.start + mcap_records.RECORD.size,
@@ -270,7 +261,7 @@ def _declare_the_lost(findings: Findings, summary: Summary | None) -> None:
     if summary is not None:
         findings.declare(summary.declarations)
         return
-    topics = [str(topic) for topic in _stated_json(findings.metadata, CHANNELS, [])]
+    topics = [str(topic) for topic in stated.json_value(findings.metadata, CHANNELS, [])]
     known = record_types_by_topic()
     for number, topic in enumerate(topics, start=1):
         if topic in known:
@@ -298,7 +289,7 @@ def _missing_by_topic(
     for number, count in summary.by_channel.items():
         if count > held[number]:
             missing[channels.get(number, f"channel {number}")] += count - held[number]
-    missing.update(_stated_by_topic(findings.metadata))
+    missing.update(stated.by_topic(findings.metadata))
     return dict(missing)
 
 
@@ -348,50 +339,13 @@ def _stated_numbers(
             first += messages.sequence[:2].tolist()
             last = int(messages.sequence[-1])
     if SALVAGED_NUMBERS in findings.metadata:
-        return _pairs(findings.metadata[SALVAGED_NUMBERS]), origin
+        return stated.pairs(findings.metadata[SALVAGED_NUMBERS]), origin
     if not first:
         raise DamagedError("it is to be searched")
     begins = next((number for number in first if number), 0)
     if findings.continues and begins:
         return ((0, 0), (begins, last)), origin
     return ((0, last),), origin
-
-
-def _pairs(text: str) -> tuple[tuple[int, int], ...]:
-    try:
-        return tuple((int(first), int(last)) for first, last in json.loads(text))
-    except (ValueError, TypeError, OverflowError, RecursionError) as error:
-        raise DamagedError("its metadata are unreadable") from error
-
-
-def _stated_losses(metadata: dict[str, str]) -> tuple[Loss, ...]:
-    return loss_text.from_json(metadata.get(SALVAGED_LOSSES, "[]"))
-
-
-def _stated_by_topic(metadata: dict[str, str]) -> dict[str, int]:
-    stated = _stated_json(metadata, SALVAGED_BY_TOPIC, {})
-    return {topic: count for topic, count in stated.items() if type(count) is int}
-
-
-def _stated_problems(metadata: dict[str, str]) -> list[str]:
-    return [str(problem) for problem in _stated_json(metadata, SALVAGED_PROBLEMS, [])]
-
-
-def _stated_json(metadata: dict[str, str], key: str, default: _Stated) -> _Stated:
-    """Return what metadata state under a key, of the type of `default`.
-
-    Raises:
-        RecordingError: they state something else.
-    """
-    try:
-        stated = json.loads(metadata[key]) if key in metadata else default
-    except (ValueError, RecursionError):
-        stated = None
-    if not isinstance(stated, type(default)):
-        raise RecordingError(
-            f'the metadata "{key}" are unreadable', "Give the file that it was made from."
-        )
-    return stated
 
 
 def _unknown_topics(findings: Findings) -> list[str]:
