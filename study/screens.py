@@ -12,7 +12,7 @@ from typing import Literal
 from study.events.scene import Scene
 from study.events.task_description import RewardTerm
 
-CueKind = Literal["lost", "goal", "damage", "stuck", "low", "pack"]
+CueKind = Literal["lost", "time_up", "goal", "damage", "stuck", "low", "pack"]
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

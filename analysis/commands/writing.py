@@ -9,6 +9,7 @@ from pathlib import Path
 from rich.console import Console
 
 from analysis.data_label import DataLabel
+from analysis.formatting import counted
 from analysis.recordings import StudyRecordings, load_recordings
 from analysis.tables.columns import DATA_COLUMN
 from analysis.tables.study_tables import StudyTables
@@ -23,7 +24,12 @@ def open_recordings(paths: list[Path], console: Console, *, mixed: bool) -> Stud
     """
     with console.status("Reading recordings"):
         study = load_recordings(paths, mixed=mixed)
-    console.print(f"Read {len(study.sessions)} sessions.", highlight=False)
+    console.print(f"Read {counted(len(study.sessions), 'session')}.", highlight=False)
+    for session in study.sessions:
+        for problem in session.recording.problems:
+            console.print(f"Damaged: {session.file}: {problem}", markup=False, highlight=False)
+        if not session.complete:
+            console.print(f"Not complete: {session.file}", markup=False, highlight=False)
     for item in study.set_aside:
         console.print(f"Set aside {item.file}: {item.reason}", markup=False, highlight=False)
     if len(study.protocol_hashes) > 1:

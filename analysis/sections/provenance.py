@@ -71,12 +71,20 @@ def methods(results: StudyResults) -> list[str]:
     """Describe the analysis in sentences to copy."""
     facts, cells, data = results.facts, results.cells, results.data
     kind = "simulated participants" if results.label.simulated else "participants"
+    sessions = counted(len(results.study.sessions), "session")
     text = [
-        f"The data are {counted(len(results.study.sessions), 'session')} of {kind}; "
-        f"{counted(cells.n, 'participant')} entered the test of team reward.",
-        "Team reward is the sum of all robots’ rewards in one trial. It was averaged over the "
-        f"complete trials of each participant under {listed(results.labels)}.",
+        f"The data are {sessions} of {kind}. "
+        "Team reward is the sum of all robots’ rewards in one trial."
     ]
+    if results.labels:
+        text.append(
+            "It was averaged over the complete trials of each participant under "
+            f"{listed(results.labels)}."
+        )
+    if isinstance(results.primary, EffectResult):
+        text.append(f"{counted(cells.n, 'participant')} entered its test.")
+    else:
+        text.append("Its difference between conditions was not tested.")
     if isinstance(results.primary, EffectResult) and results.primary.estimate is not None:
         text.append(
             "The primary test is a repeated-measures ANOVA on these means, identical to a paired "

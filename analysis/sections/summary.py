@@ -117,9 +117,11 @@ def design(results: StudyResults) -> str:
     """Describe the design in a phrase."""
     trials = results.facts.planned_trials
     amount = f", {counted(trials, 'trial')} a condition" if trials else ""
+    if not results.labels:
+        return "No complete trial under any condition."
     orders = {order for order in results.data.orders.values() if order}
     return (
-        f"Within-subjects study: {' against '.join(results.labels) or 'no condition'}, "
+        f"Within-subjects study: {' against '.join(results.labels)}, "
         f"{counted(len(orders), 'order')}{amount}."
     )
 

@@ -11,7 +11,7 @@ import pandas as pd
 from analysis.statistics.cells import Cells, cell_means
 from analysis.statistics.holm import holm
 from analysis.statistics.result import EffectResult, Outcome, Refusal
-from analysis.statistics.rm_anova import rm_anova
+from analysis.statistics.rm_anova import SMALLEST_N, rm_anova
 from analysis.statistics.wilcoxon import signed_rank
 
 
@@ -76,6 +76,10 @@ def likert_rows(
 def _wilcoxon(cells: Cells, name: str) -> Outcome:
     if len(cells.levels) != 2:
         return Refusal(name, "The signed-rank test compares two conditions.", cells.excluded)
-    if cells.n == 0:
-        return Refusal(name, "No participant answered under both conditions.", cells.excluded)
+    if cells.n < SMALLEST_N:
+        reason = (
+            f"The test needs at least {SMALLEST_N} participants who answered under both "
+            f"conditions; {cells.n} did."
+        )
+        return Refusal(name, reason, cells.excluded)
     return signed_rank(cells.means[:, 1] - cells.means[:, 0], cells.participants, name)

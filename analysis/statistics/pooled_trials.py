@@ -45,7 +45,9 @@ def _pooled(
     frame: pd.DataFrame, levels: Sequence[str], name: str, formula: str, *, full: bool
 ) -> Outcome:
     if len(levels) != 2:
-        return Refusal(name, "The paper's form compares two conditions; these data hold others.")
+        return Refusal(
+            name, "The paper's form compares two conditions; these data hold another number."
+        )
     rows = frame[frame["condition"].isin(list(levels))]
     by = ["participant", "condition", "trial", "team_reward"]
     rows = rows.sort_values(by, kind="stable")

@@ -9,6 +9,7 @@ import pygame
 
 from study.commands.composing import session_opened
 from study.commands.simulating import simulated_assignments
+from study.errors import StudyError
 from study.events.fields import Record
 from study.loading import LoadedProtocol
 from study.screens import FleetScreen, PageScreen, PauseScreen, Screen, WaitScreen
@@ -97,7 +98,12 @@ def draw_gallery(loaded: LoadedProtocol, folder: Path, size: tuple[int, int]) ->
     album.keep(PauseScreen(reason="Paused", confirm_stop=False))
     fleet.close()
     pygame.font.init()
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StudyError(
+            f"the folder {folder} cannot be made: {error.strerror}", "Choose another with -o."
+        ) from error
     pictures = []
     for number, (name, (screen, now_ns)) in enumerate(album.kept.items(), start=1):
         surface = pygame.Surface(size)

@@ -74,7 +74,8 @@ def assign(
     chosen = tuple(part.strip() for part in order.split(",") if part.strip())
     if chosen and (set(chosen) != names or len(chosen) != len(names)):
         raise StudyError(
-            f'order "{order}" is none', f"Name each condition once: {','.join(sorted(names))}."
+            f'"{order}" is no order of these conditions',
+            f"Name each condition once: {','.join(sorted(names))}.",
         )
     return Assignment(
         participant=participant,

@@ -50,7 +50,7 @@ def simulate_with_progress(
         for path in simulate_study(str(loaded.path), count, study_seed, output, jobs):
             recordings.append(path)
             progress.advance(task)
-    console.print(
-        f"{count} simulated participants (seed {study_seed}), recordings in {escape(str(output))}"
-    )
+    people = "participant" if count == 1 else "participants"
+    where = escape(str(output))
+    console.print(f"{count} simulated {people} (seed {study_seed}), recordings in {where}")
     return recordings

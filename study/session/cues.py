@@ -13,9 +13,23 @@ SECOND = 1_000_000_000
 LOW_HEALTH = 30.0
 STUCK_SECONDS = 5.0
 STUCK_METRES = 1.0
-_RUNNING, _GOAL = int(Outcome.RUNNING), int(Outcome.GOAL)
-_SHOWN_NS = {"lost": SECOND, "goal": 600_000_000, "damage": 600_000_000, "pack": 600_000_000}
-_RANK: dict[CueKind, int] = {"lost": 0, "goal": 1, "damage": 2, "stuck": 3, "low": 4, "pack": 5}
+_RUNNING, _GOAL, _LOST = int(Outcome.RUNNING), int(Outcome.GOAL), int(Outcome.LOST)
+_SHOWN_NS = {
+    "lost": SECOND,
+    "time_up": SECOND,
+    "goal": 600_000_000,
+    "damage": 600_000_000,
+    "pack": 600_000_000,
+}
+_RANK: dict[CueKind, int] = {
+    "lost": 0,
+    "goal": 1,
+    "time_up": 2,
+    "damage": 3,
+    "stuck": 4,
+    "low": 5,
+    "pack": 6,
+}
 
 
 class Cues:
@@ -74,7 +88,9 @@ class Cues:
             if outcome == _GOAL:
                 self._momentary[robot] = Cue("goal", 0.0, t_ns)
             elif outcome != _RUNNING:
-                self._momentary[robot] = Cue("lost", 0.0, t_ns)
+                # Time that is up costs nothing: it must not look like a loss.
+                kind: CueKind = "lost" if outcome == _LOST else "time_up"
+                self._momentary[robot] = Cue(kind, 0.0, t_ns)
             else:
                 self._offer(int(robot), Cue("damage" if amount < 0 else "pack", amount, t_ns))
 

@@ -70,7 +70,7 @@ def _practice(context: Context) -> tuple[Page, ...]:
         Page(
             header="Practice",
             title="First, a short drive",
-            subtitle=f"{seconds:.0f} seconds to try the keys. Nothing counts yet.",
+            subtitle=f"{counted(round(seconds), 'second')} to try the keys. Nothing counts yet.",
             paragraphs=(
                 "Drive through the doors to the flag. Keep out of the hatched hazards; "
                 "a green cross gives health back.",
@@ -122,7 +122,7 @@ def _phase_three(context: Context, condition: Condition, plan: PagesPlan) -> tup
         page = Page(
             header=header,
             title=f"{condition.robots} robots: you choose",
-            subtitle=f"{trials} trials. You choose which robot to drive, as before.",
+            subtitle=f"{counted(trials, 'trial')}. You choose which robot to drive, as before.",
             paragraphs=(
                 "Take over the robot that you can help most, and change whenever you like.",
                 "Your points are shown when the block is finished.",
@@ -136,7 +136,7 @@ def _phase_three(context: Context, condition: Condition, plan: PagesPlan) -> tup
         page = Page(
             header=header,
             title=f"{condition.robots} robots: you are switched",
-            subtitle=f"{trials} trials. Which robot you drive is chosen for you.",
+            subtitle=f"{counted(trials, 'trial')}. Which robot you drive is chosen for you.",
             paragraphs=(
                 f"About every {seconds:.1f} seconds you are switched to the robot that seems to "
                 "need you most. "
@@ -167,3 +167,8 @@ def key_word(key: str) -> str:
     """Return a key's name as printed on it."""
     words = {"escape": "Esc", "return": "Enter", "tab": "Tab", "backspace": "Backspace"}
     return words.get(key, key.capitalize())
+
+
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun: "1 trial", "8 trials"."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"

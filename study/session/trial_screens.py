@@ -14,6 +14,7 @@ from study.session.allocation import AnyAllocation, AssistedAllocation, ManualAl
 from study.session.context import Context
 from study.session.cues import Cues
 from study.session.fleet_run import FleetRun
+from study.session.page_texts import counted
 from study.session.plan import TrialPlan
 
 _PARTS = {Phase.ONE: "Part 1 of 4", Phase.TWO: "Part 2 of 4", Phase.FOUR: "Part 4 of 4"}
@@ -39,7 +40,7 @@ def ready_screen(plan: TrialPlan, context: Context) -> PageScreen:
     title = f"{unit(plan)} {plan.trial} of {plan.trials}" if plan.scored else "Practice"
     what = "One robot" if one else f"{plan.robots} robots"
     seconds = plan.timesteps / context.protocol.timing.timesteps_per_second
-    limit = "" if plan.ends_with_robot else f", {seconds:.0f} seconds"
+    limit = "" if plan.ends_with_robot else f", {counted(round(seconds), 'second')}"
     return PageScreen(
         header_left=heading(plan, context),
         header_right="",

@@ -32,6 +32,19 @@ WATCHED = (
 )
 DEFAULT_REFRESH_HZ = 60.0
 
+UNSEEN_DRIVERS = ("offscreen", "dummy", "evdev")
+"""SDL falls back to these without a word where there is no display."""
+
+
+def _refuse_unseen(driver: str) -> None:
+    """Refuse a window that nobody can see, unless it was asked for.
+
+    Raises:
+        pygame.error: SDL chose a driver without a display by itself.
+    """
+    if driver in UNSEEN_DRIVERS and os.environ.get("SDL_VIDEODRIVER") != driver:
+        raise pygame.error("there is no display")
+
 
 class Window:
     """An open window.
@@ -66,6 +79,7 @@ class Window:
         try:
             pygame.display.init()
             pygame.font.init()
+            _refuse_unseen(pygame.display.get_driver())
             wanted = size or ((0, 0) if fullscreen else (1280, 960))
             flags = pygame.FULLSCREEN if fullscreen else 0
             self._surface = pygame.display.set_mode(wanted, flags)

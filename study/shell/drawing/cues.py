@@ -25,6 +25,7 @@ class PillStyle:
 
 STYLES: dict[CueKind, PillStyle] = {
     "lost": PillStyle(palette.INK, palette.INK, palette.CARD, palette.VERMILLION_TINT),
+    "time_up": PillStyle(palette.CARD, palette.INK, palette.INK, None),
     "goal": PillStyle(palette.GREEN_TEXT, palette.GREEN_TEXT, palette.CARD, palette.GREEN_TINT),
     "damage": PillStyle(
         palette.VERMILLION_TEXT, palette.VERMILLION_TEXT, palette.CARD, palette.VERMILLION_TINT
@@ -49,6 +50,8 @@ def pill_text(cue: Cue, *, short: bool = False) -> str:
         return f"+{points(cue.amount)}"
     if cue.kind == "stuck":
         return "STUCK" if short else f"STUCK {cue.amount:.0f} s"
+    if cue.kind == "time_up":
+        return "TIME" if short else "TIME UP"
     return cue.kind.upper()
 
 
@@ -63,6 +66,7 @@ def _sign(kind: CueKind) -> Callable[[Canvas, float, float, float, Colour], obje
     stroke = 0.19
     signs: dict[CueKind, Callable[[Canvas, float, float, float, Colour], object]] = {
         "lost": lambda c, x, y, s, k: marks.saltire(c, x, y, s * 1.1, k, s * stroke),
+        "time_up": lambda c, x, y, s, k: marks.clock(c, x, y, s * 1.1, k),
         "goal": lambda c, x, y, s, k: marks.tick(c, x, y, s * 1.1, k, s * stroke),
         "damage": lambda c, x, y, s, k: marks.triangle_down(c, x, y, s * 0.85, k),
         "stuck": _bars,
