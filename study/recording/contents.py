@@ -22,6 +22,7 @@ from study.recording.findings import (
     count_by_channel,
     gaps,
     ordered,
+    runs,
 )
 from study.recording.identity import CHANNELS, SALVAGED_NUMBERS
 from study.recording.losses import Loss, counts_text
@@ -163,7 +164,7 @@ def search_contents(stream: BinaryIO, size: int, path: Path) -> Contents:
         attachments=findings.attachments,
         declarations=tuple(findings.declarations.values()),
         chunks=tuple(chunk.place for chunk in chunks),
-        numbers=tuple(run for chunk in chunks for run in _runs(chunk)),
+        numbers=tuple(run for chunk in chunks for run in runs(chunk)),
         found=tuple(chunks),
     )
 
@@ -316,13 +317,6 @@ def _end(
         bool(chunks) and _ENDED_TOPIC in {channels[number] for number in chunks[-1].by_channel}
     )
     return [] if over and not damaged_end else [Loss(first, None, after_ns, None)]
-
-
-def _runs(chunk: FoundChunk) -> list[tuple[int, int]]:
-    """Return the unbroken runs of a chunk's numbers."""
-    breaks = np.flatnonzero(np.diff(chunk.sequence) != 1) + 1
-    parts = np.split(chunk.sequence, breaks)
-    return [(int(part[0]), int(part[-1])) for part in parts]
 
 
 def _stated_numbers(

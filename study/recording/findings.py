@@ -283,3 +283,10 @@ def count_by_channel(chunks: list[FoundChunk]) -> Counter[int]:
     for chunk in chunks:
         total.update(chunk.by_channel)
     return total
+
+
+def runs(chunk: FoundChunk) -> list[tuple[int, int]]:
+    """Return the unbroken runs of a chunk's numbers."""
+    breaks = np.flatnonzero(np.diff(chunk.sequence) != 1) + 1
+    parts = np.split(chunk.sequence, breaks)
+    return [(int(part[0]), int(part[-1])) for part in parts]
