@@ -8,8 +8,6 @@ from collections import Counter
 from pathlib import Path
 from typing import BinaryIO
 
-import numpy as np
-
 from study.errors import RecordingError
 from study.recording import mcap_records, stated
 from study.recording.descriptors import descriptor_set, message_name
