@@ -37,7 +37,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("recordings")
     done = study("simulate", "smoke", "--participants", "1", "--jobs", "1", "-o", folder)
     assert done.returncode == 0, done.stderr
-    assert "1 simulated participants (seed " in done.stdout
+    assert "1 simulated participant (seed " in done.stdout
     (path,) = folder.glob("*.mcap")
     return path
 
