@@ -5,40 +5,15 @@ from __future__ import annotations
 import dataclasses
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from analysis.source import RecordingSource
 from study.events.events import Deviation, Timestep, TrialEnded
 from study.events.fields import Record
 from study.recording.losses import Loss
-
-
-class Source(Protocol):
-    """What is read here of a recording."""
-
-    @property
-    def complete(self) -> bool:
-        """Whether the file was finished properly."""
-
-    @property
-    def problems(self) -> Sequence[str]:
-        """What is wrong with the file, in words."""
-
-    @property
-    def losses(self) -> Sequence[Loss]:
-        """Which records are missing."""
-
-    @property
-    def sha256(self) -> str:
-        """SHA-256 of the file, hexadecimal."""
-
-    def records(self, *topics: str) -> Iterator[tuple[int, Record]]:
-        """Yield (sequence, record) of these topics, in the order written."""
-
-    def columns(self, topic: str) -> list[dict[str, npt.NDArray[Any]]]:
-        """Return a topic's fields as arrays, in blocks with a constant number of robots."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -52,7 +27,7 @@ class KnownTrials:
         trials: ids of the fleet runs whose beginning is known.
     """
 
-    source: Source
+    source: RecordingSource
     trials: frozenset[int]
 
     @property
@@ -112,7 +87,7 @@ def broken_trials(
     )
 
 
-def unknown_trials(source: Source, began: Mapping[int, int]) -> dict[int, int]:
+def unknown_trials(source: RecordingSource, began: Mapping[int, int]) -> dict[int, int]:
     """Return how many timesteps there are of each fleet run whose beginning is missing."""
     counts: Counter[int] = Counter()
     for block in source.columns(Timestep.topic):

@@ -5,50 +5,23 @@ from __future__ import annotations
 import dataclasses
 import json
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from analysis.damaged import KnownTrials, broken_trials, unknown_trials
+from analysis.source import RecordingSource
 from study.errors import RecordingError, StudyError
 from study.events.events import SessionEnded, TrialEnded, TrialStarted
-from study.events.fields import Record
 from study.events.inputs import SessionOpened
 from study.events.task_description import TaskDescription
-from study.recording.losses import Loss
 from study.recording.parts import base_name, join_parts, part_files
 from study.recording.reader import Recording, read_recording
 
 SUFFIX = ".mcap"
-
-
-class RecordingSource(Protocol):
-    """What the analysis needs of one recording; `study.recording.reader` provides it."""
-
-    @property
-    def complete(self) -> bool:
-        """Whether the file was finished properly."""
-
-    @property
-    def problems(self) -> Sequence[str]:
-        """What is wrong with the file, in words."""
-
-    @property
-    def losses(self) -> Sequence[Loss]:
-        """Which records are missing."""
-
-    @property
-    def sha256(self) -> str:
-        """SHA-256 of the file, hexadecimal."""
-
-    def records(self, *topics: str) -> Iterator[tuple[int, Record]]:
-        """Yield (sequence, record) of these topics, in the order written."""
-
-    def columns(self, topic: str) -> list[dict[str, npt.NDArray[Any]]]:
-        """Return a topic's fields as arrays, in blocks with a constant number of robots."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
