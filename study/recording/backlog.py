@@ -2,9 +2,23 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections import deque
 
-from study.recording.framing import MESSAGE_HEADER, frame_payload
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Framed:
+    """Records that travel together, as one frame.
+
+    Attributes:
+        frame: the bytes.
+        records: how many there are.
+        log_time_ns: of the last one.
+    """
+
+    frame: bytes
+    records: int
+    log_time_ns: int
 
 
 class Backlog:
@@ -21,35 +35,35 @@ class Backlog:
     """
 
     def __init__(self, first_sequence: int) -> None:
-        self._kept: deque[bytes] = deque()
+        self._kept: deque[Framed] = deque()
         self._waiting_since_ns = 0
         self.sent = self.durable = first_sequence - 1
         self.durable_log_time_ns = 0
         self.size = 0
 
-    def add(self, framed: bytes, now_ns: int) -> None:
-        """Add the next record, at a time on any one clock."""
+    def add(self, framed: Framed, now_ns: int) -> None:
+        """Add the next records, at a time on any one clock."""
         if not self._kept:
             self._waiting_since_ns = now_ns
         self._kept.append(framed)
-        self.sent += 1
-        self.size += len(framed)
+        self.sent += framed.records
+        self.size += len(framed.frame)
 
     def acknowledge(self, sequence: int, now_ns: int) -> None:
         """Forget the records up to a number: they are on disk."""
-        last = b""
-        while self._kept and self.durable < sequence:
+        last = None
+        while self._kept and self.durable + self._kept[0].records <= sequence:
             last = self._kept.popleft()
-            self.size -= len(last)
-            self.durable += 1
-        if last:
+            self.size -= len(last.frame)
+            self.durable += last.records
+        if last is not None:
             self._waiting_since_ns = now_ns
-            self.durable_log_time_ns = MESSAGE_HEADER.unpack_from(frame_payload(last))[2]
+            self.durable_log_time_ns = last.log_time_ns
 
     def waiting_since_ns(self) -> int | None:
         """Return since when records wait without any having become durable; None if none wait."""
         return self._waiting_since_ns if self._kept else None
 
-    def frames(self) -> list[bytes]:
+    def frames(self) -> list[Framed]:
         """Return what waits, in order."""
         return list(self._kept)

@@ -1,4 +1,4 @@
-"""Unpacks the chunks that hold what is wanted: a few MiB at a time, each message located."""
+"""Unpacks the chunks that hold what is wanted: half a MiB at a time, each message located."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from study.recording.mcap_records import (
     messages_at,
 )
 
-BATCH_BYTES: Final = 2 * 2**20
-"""Unpacked bytes of one batch, but for its last chunk."""
+BATCH_BYTES: Final = 2**19
+"""Unpacked bytes of one batch, but for its last chunk: what fits into a processor's cache."""
 
 _INDEX_HEAD: Final = RECORD.size + 6
 _MESSAGE_HEAD_BYTES: Final = MESSAGE_HEAD.size

@@ -14,7 +14,7 @@ from typing import Self
 
 from study.errors import StudyError
 from study.events.fields import Record
-from study.recording.backlog import Backlog
+from study.recording.backlog import Backlog, Framed
 from study.recording.framing import MESSAGE_HEADER, SEQUENCE, FrameKind, FrameSplitter, frame
 from study.recording.naming import recording_path
 from study.recording.opening import channel_numbers, opening_payload
@@ -90,7 +90,7 @@ class Recorder:
         backlog_limit: int = BACKLOG_LIMIT,
         batch_bytes: int = 0,
         first_sequence: int = 1,
-        resent: Sequence[bytes] = (),
+        resent: Sequence[Framed] = (),
         keeps_on: bool = False,
         start_timeout: float = START_TIMEOUT,
     ) -> Self:
@@ -178,14 +178,23 @@ class Recorder:
         return self._failure
 
     def write(self, record: Record, log_time_ns: int) -> int:
-        """Take one record, without waiting for the writer or for the disk.
-
-        Args:
-            record: the record.
-            log_time_ns: nanoseconds since 1970, UTC: the session's start plus ``t_ns``.
+        """Take one record; see `write_together`.
 
         Returns:
             The record's sequence number: 1, 2, ... over all topics.
+        """
+        return self.write_together([(record, log_time_ns)])
+
+    def write_together(self, records: Sequence[tuple[Record, int]]) -> int:
+        """Take records that are to be in the file all or not at all.
+
+        Neither the writer nor the disk is waited for.
+
+        Args:
+            records: at least one record, each with its log time: nanoseconds since 1970, UTC.
+
+        Returns:
+            The last record's sequence number.
 
         Raises:
             TypeError: a field has the wrong type; nothing was taken.
@@ -193,29 +202,33 @@ class Recorder:
             BacklogError: `backlog_limit` is exceeded; nothing was taken.
             StudyError: the writer has failed.
         """
-        if not 0 <= log_time_ns < 2**64:
-            raise ValueError(f"log time {log_time_ns} is not from 0 to {2**64 - 1}")
-        data = encode(record)
-        channel = self._channels[record.topic]
+        encoded = []
+        for record, log_time_ns in records:
+            if not 0 <= log_time_ns < 2**64:
+                raise ValueError(f"log time {log_time_ns} is not from 0 to {2**64 - 1}")
+            encoded.append((self._channels[record.topic], log_time_ns, encode(record)))
         with self._changed:
             if self._failure is not None and not self._keeps_on:
                 raise self._failure
             if self._closing and self._failure is None:
                 raise StudyError(f"{self.path} is closed", "Start a new recording.")
-            if self.backlog.size + len(data) > self._backlog_limit:
+            size = sum(len(data) for _, _, data in encoded)
+            if self.backlog.size + size > self._backlog_limit:
                 raise BacklogError(
                     f"{self.backlog.size} bytes of {self.path} wait for the disk",
                     "Pause until the disk has caught up; check that it answers.",
                 )
-            sequence = self.backlog.sent + 1
-            payload = MESSAGE_HEADER.pack(channel, sequence, log_time_ns) + data
-            self._take(frame(FrameKind.MESSAGE, payload))
-        return sequence
+            pieces = []
+            for number, (channel, log_time_ns, data) in enumerate(encoded, self.backlog.sent + 1):
+                pieces += [MESSAGE_HEADER.pack(channel, number, log_time_ns, len(data)), data]
+            framed = frame(FrameKind.MESSAGES, b"".join(pieces))
+            self._take(Framed(framed, len(encoded), encoded[-1][1]))
+            return self.backlog.sent
 
-    def _take(self, framed: bytes) -> None:
+    def _take(self, framed: Framed) -> None:
         self.backlog.add(framed, time.perf_counter_ns())
         if self._failure is None:
-            self._sender.send(framed, at_once=False)
+            self._sender.send(framed.frame, at_once=False)
 
     def ensure_durable(self, timeout_s: float) -> bool:
         """Wait until all records taken so far are on disk.
@@ -261,7 +274,7 @@ class Recorder:
             raise self._failure
         return self.report.finished
 
-    def abandon(self) -> list[bytes]:
+    def abandon(self) -> list[Framed]:
         """End the writer at once and give the file up as it is.
 
         When this returns the writer cannot write any more. Its file keeps ``.part``.

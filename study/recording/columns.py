@@ -8,6 +8,7 @@ lengths, all bytes that are no values, are equal; those are compared, thousands 
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ import numpy.typing as npt
 
 from study.errors import RecordingError
 from study.events.fields import Kind, Record, Wire, wire_fields
+from study.recording.mcap_records import rows_at
 from study.recording.protobuf_format import (
     ARRAY_DTYPES,
     VARINT,
@@ -30,8 +32,9 @@ _SCALAR_DTYPES: dict[Kind, np.dtype[Any]] = {
     "double": np.dtype("<f8"),
     "bool": np.dtype("?"),
 }
-_GATHER_BYTES = 4 * 2**20
-"""Bytes gathered at once: bounds the memory for their places."""
+
+_ROOM_BYTES = 48 * 2**20
+"""Most bytes of one field that are reserved before they are there."""
 
 Columns = dict[str, npt.NDArray[Any]]
 
@@ -57,13 +60,43 @@ class _Layout:
     pattern: npt.NDArray[np.uint8]
 
 
+class _Growing:
+    """An array that is filled from its beginning, so that nothing is copied twice.
+
+    Args:
+        dtype: of the values.
+        shape: of one row.
+        expected: rows for which there is to be room, as far as `_ROOM_BYTES` allow.
+    """
+
+    def __init__(self, dtype: np.dtype[Any], shape: tuple[int, ...], expected: int) -> None:
+        most = _ROOM_BYTES // max(1, dtype.itemsize * math.prod(shape))
+        # Memory that is never written costs nothing.
+        self._room = np.empty((max(1, min(expected, most)), *shape), dtype)
+        self._used = 0
+
+    def extend(self, rows: npt.NDArray[Any]) -> None:
+        """Add rows, [m, ...]."""
+        end = self._used + len(rows)
+        if end > len(self._room):
+            room = np.empty((max(end, 2 * len(self._room)), *self._room.shape[1:]), rows.dtype)
+            room[: self._used] = self._room[: self._used]
+            self._room = room
+        self._room[self._used : end] = rows
+        self._used = end
+
+    def array(self) -> npt.NDArray[Any]:
+        """Return what was added."""
+        return self._room[: self._used]
+
+
 @dataclasses.dataclass(slots=True)
 class _Run:
     """Consecutive messages of one layout, or (without one) decoded records of one shape."""
 
     layout: _Layout | None
     shapes: tuple[tuple[int, ...], ...] = ()
-    parts: list[bytes] = dataclasses.field(default_factory=list)
+    fields: dict[str, _Growing] = dataclasses.field(default_factory=dict)
     records: list[Record] = dataclasses.field(default_factory=list)
     sequence: list[npt.NDArray[np.uint32]] = dataclasses.field(default_factory=list)
     log_time_ns: list[npt.NDArray[np.uint64]] = dataclasses.field(default_factory=list)
@@ -74,10 +107,12 @@ class ColumnBuilder:
 
     Args:
         topic: a declared topic.
+        expected: messages that will come, about; 0 if that is not known.
     """
 
-    def __init__(self, topic: str) -> None:
+    def __init__(self, topic: str, expected: int = 0) -> None:
         self._topic = topic
+        self._expected = expected
         self._fields = wire_fields(record_types_by_topic()[topic])
         self._by_number = {wire.number: (name, wire) for name, wire in self._fields.items()}
         # A topic that holds text has no fixed layout, whatever its lengths.
@@ -104,17 +139,13 @@ class ColumnBuilder:
             start: place of each message in `data`, [m].
             length: of each message, [m].
         """
-        octets = np.frombuffer(data, np.uint8)
         changes = np.flatnonzero(np.diff(length)) + 1
         for first, last in zip(
             [0, *changes.tolist()], [*changes.tolist(), len(start)], strict=True
         ):
-            size = int(length[first])
-            most = max(1, _GATHER_BYTES // max(1, size))
-            for begin in range(first, last, most):
-                rows = slice(begin, min(begin + most, last))
-                gathered = octets[start[rows, None] + np.arange(size)]
-                self._add_rows(gathered, sequence[rows], log_time_ns[rows])
+            rows = slice(first, last)
+            gathered = rows_at(data, start[rows], int(length[first]))
+            self._add_rows(gathered, sequence[rows], log_time_ns[rows])
 
     def finish(self) -> list[Columns]:
         """Return one dictionary for each run."""
@@ -139,7 +170,7 @@ class ColumnBuilder:
             layout = None if run is None else run.layout
             if run is None or layout is None or not _fits(rows[0], layout):
                 layout = self._layout(rows[0])
-                run = _Run(layout)
+                run = self._new_run(layout)
             count = 1
             if layout is None:
                 record = decode(self._topic, rows[0].tobytes())
@@ -148,12 +179,27 @@ class ColumnBuilder:
             else:
                 differs = (rows[:, layout.fixed] != layout.pattern).any(axis=1)
                 count = int(differs.argmax()) if differs.any() else len(rows)
-                run.parts.append(rows[:count].tobytes())
+                table = rows[:count].view(layout.dtype).reshape(-1)
+                for name, column in run.fields.items():
+                    column.extend(table[name])
             if not self._runs or run is not self._runs[-1]:
                 self._runs.append(run)
             run.sequence.append(sequence[:count])
             run.log_time_ns.append(log_time_ns[:count])
             rows, sequence, log_time_ns = rows[count:], sequence[count:], log_time_ns[count:]
+
+    def _new_run(self, layout: _Layout | None) -> _Run:
+        if layout is None:
+            return _Run(None)
+        left = self._expected - sum(len(part) for run in self._runs for part in run.sequence)
+        dtypes = layout.dtype
+        return _Run(
+            layout,
+            fields={
+                name: _Growing(dtypes[name].base, dtypes[name].shape, left)
+                for name in layout.shapes
+            },
+        )
 
     def _decoded_run(self, record: Record) -> _Run:
         """Return the run of decoded records that a record continues, or a new one."""
@@ -243,11 +289,11 @@ def _fits(row: npt.NDArray[np.uint8], layout: _Layout) -> bool:
 
 
 def _gathered(run: _Run, layout: _Layout) -> Columns:
-    table = np.frombuffer(b"".join(run.parts), layout.dtype)
-    columns = {
-        name: np.ascontiguousarray(table[name]).reshape(len(table), *shape)
+    rows = sum(map(len, run.sequence))
+    columns: Columns = {
+        name: run.fields[name].array().reshape(rows, *shape)
         for name, shape in layout.shapes.items()
     }
     for name, (dtype, shape) in layout.absent.items():
-        columns[name] = np.zeros((len(table), *shape), dtype)
+        columns[name] = np.zeros((rows, *shape), dtype)
     return columns

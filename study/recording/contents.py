@@ -49,6 +49,7 @@ class Contents:
         declarations: schemas and channels.
         chunks: those readable, by sequence.
         numbers: sequence numbers held: first and last of each unbroken run.
+        by_channel: number of records held, by channel.
         found: the chunks once more with what a walk found; empty if the index was used.
     """
 
@@ -61,6 +62,7 @@ class Contents:
     declarations: tuple[Declaration, ...]
     chunks: tuple[Chunk, ...]
     numbers: tuple[tuple[int, int], ...]
+    by_channel: dict[int, int]
     found: tuple[FoundChunk, ...] = ()
 
     @property
@@ -71,6 +73,11 @@ class Contents:
             for item in self.declarations
             if item.opcode == mcap_records.CHANNEL
         }
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Topic to the number of its records held."""
+        return {topic: self.by_channel.get(n, 0) for n, topic in self.channels.items()}
 
 
 def read_contents(stream: BinaryIO, size: int, path: Path) -> Contents:
@@ -163,6 +170,7 @@ def search_contents(stream: BinaryIO, size: int, path: Path) -> Contents:
         declarations=tuple(findings.declarations.values()),
         chunks=tuple(chunk.place for chunk in chunks),
         numbers=tuple(run for chunk in chunks for run in runs(chunk)),
+        by_channel=dict(count_by_channel(chunks)),
         found=tuple(chunks),
     )
 
@@ -224,6 +232,7 @@ def _by_index(stream: BinaryIO, size: int, path: Path) -> Contents:
         declarations=tuple(findings.declarations.values()),
         chunks=chunks,
         numbers=numbers,
+        by_channel=summary.by_channel,
     )
 
 

@@ -10,6 +10,7 @@ from typing import Self
 
 from study.errors import RecordingFailedError, StudyError
 from study.events.fields import Record
+from study.recording.backlog import Framed
 from study.recording.client import BACKLOG_LIMIT, START_TIMEOUT, Recorder
 from study.recording.durable_file import PART_SUFFIX
 from study.recording.identity import PART
@@ -28,9 +29,10 @@ perhaps the whole machine. The writer then has the second to be heard."""
 ATTEMPTS = 3
 """Parts begun in a row, none of which gets what waited to the disk, before it is given up."""
 
-PART_START_TIMEOUT = 5.0
-SETTLE_TIMEOUT = 3.0
-"""Seconds for a later part to be made, and to bring what waited to the disk."""
+PART_START_TIMEOUT = 20.0
+SETTLE_TIMEOUT = 10.0
+"""Seconds for a later part to be made, and to bring what waited to the disk. The participant waits
+meanwhile, which is better than a session lost because its machine was busy."""
 
 _SLICE_S = 0.05
 
@@ -145,6 +147,10 @@ class FailoverRecorder:
         """Take one record, whether or not the writer works; see `Recorder.write`."""
         return self._recorder.write(record, log_time_ns)
 
+    def write_together(self, records: Sequence[tuple[Record, int]]) -> int:
+        """Take records all or none of which are to be in a part; see `Recorder.write_together`."""
+        return self._recorder.write_together(records)
+
     def take_remarks(self) -> list[str]:
         """Return, once, what went wrong outside and was mended, in words."""
         taken, self._remarks = self._remarks, []
@@ -241,7 +247,9 @@ class FailoverRecorder:
         self._closed = True
         return self._paths
 
-    def _open(self, first_sequence: int, resent: Sequence[bytes], start_timeout: float) -> Recorder:
+    def _open(
+        self, first_sequence: int, resent: Sequence[Framed], start_timeout: float
+    ) -> Recorder:
         backlog_limit, batch_bytes = self._limits
         return Recorder.start(
             self._folder,
@@ -283,7 +291,7 @@ class FailoverRecorder:
         self._give_up_part(reason)
         raise self._lost(reason, hint)
 
-    def _give_up_part(self, reason: str) -> list[bytes]:
+    def _give_up_part(self, reason: str) -> list[Framed]:
         """End the present writer for good; return what waits."""
         recorder = self._recorder
         kept = recorder.abandon()

@@ -14,8 +14,8 @@ from typing import Final
 MAX_PAYLOAD: Final = 256 * 2**20
 """Longest payload of one frame, bytes."""
 
-MESSAGE_HEADER: Final = struct.Struct("<HIQ")
-"""Before the encoded record in a MESSAGE: channel, sequence number, log time in ns."""
+MESSAGE_HEADER: Final = struct.Struct("<HIQI")
+"""Before each encoded record of MESSAGES: channel, sequence number, log time in ns, length."""
 
 SEQUENCE: Final = struct.Struct("<I")
 """The payload of DURABLE: the last sequence number known to be on disk."""
@@ -28,7 +28,8 @@ class FrameKind(IntEnum):
 
     OPEN = 1
     """JSON: what the file is made of, see `study.recording.writer`."""
-    MESSAGE = 2
+    MESSAGES = 2
+    """One or more records that belong together: all of them get into the file, or none."""
     SYNC = 3
     """Empty: bring everything so far to the disk now."""
     READY = 4
@@ -53,9 +54,14 @@ def frame(kind: FrameKind, payload: bytes = b"") -> bytes:
     return _HEADER.pack(kind, len(payload)) + payload
 
 
-def frame_payload(framed: bytes) -> memoryview:
-    """Return what a frame made by `frame` carries."""
-    return memoryview(framed)[_HEADER.size :]
+def split_messages(payload: bytes) -> Iterator[tuple[int, int, int, bytes]]:
+    """Yield channel, sequence number, log time (ns) and bytes of each record of MESSAGES."""
+    position = 0
+    while position < len(payload):
+        channel, sequence, log_time_ns, length = MESSAGE_HEADER.unpack_from(payload, position)
+        position += MESSAGE_HEADER.size
+        yield channel, sequence, log_time_ns, payload[position : position + length]
+        position += length
 
 
 class FrameSplitter:

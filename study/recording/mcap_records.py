@@ -186,6 +186,20 @@ def chunk_messages(data: bytes) -> tuple[Messages, list[Declaration]]:
     return messages_at(data, np.array(places, np.int64)), declared
 
 
+def rows_at(data: bytes, places: npt.NDArray[np.int64], size: int) -> npt.NDArray[np.uint8]:
+    """Return `size` bytes from each of the places, copied: uint8 [m, size].
+
+    Raises:
+        IndexError: one of them reaches beyond the end.
+    """
+    if not places.size or not size:
+        return np.zeros((len(places), size), np.uint8)
+    # An item of that size at every byte: choosing among them copies each in one go, where a
+    # place for every byte would be eight times the data.
+    everywhere = np.ndarray((max(0, len(data) - size + 1),), f"V{size}", data, strides=(1,))
+    return everywhere[places].view(np.uint8).reshape(len(places), size)
+
+
 def messages_at(data: bytes, places: npt.NDArray[np.int64]) -> Messages:
     """Return the messages that begin at the given places of a chunk.
 
@@ -195,8 +209,7 @@ def messages_at(data: bytes, places: npt.NDArray[np.int64]) -> Messages:
     body = MESSAGE_HEAD.size
     if places.size and (int(places.min()) < 0 or int(places.max()) > len(data) - body):
         raise DamagedError("a message is too short")
-    octets = np.frombuffer(data, np.uint8)
-    heads = octets[places[:, None] + np.arange(body)].view(_MESSAGE_DTYPE).reshape(-1)
+    heads = rows_at(data, places, body).view(_MESSAGE_DTYPE).reshape(-1)
     # Unsigned, so a length of 2**63 stays larger than the room.
     room = (len(data) - places - RECORD.size).astype(np.uint64)
     if (heads["opcode"] != MESSAGE).any():

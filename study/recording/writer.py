@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from study.recording.durable_file import DurableFile, LostFileError
-from study.recording.framing import MESSAGE_HEADER, SEQUENCE, FrameKind, FrameSplitter, frame
+from study.recording.framing import SEQUENCE, FrameKind, FrameSplitter, frame, split_messages
 
 FLUSH_INTERVAL = 0.5
 """Seconds between two chunks: what at most is lost when the machine itself stops."""
@@ -67,14 +67,13 @@ class RecordingWriter:
         self._syncing.start()
 
     def add(self, frames: list[tuple[FrameKind, bytes]]) -> None:
-        """Write the records of MESSAGE frames; a SYNC frame wakes the syncing thread."""
+        """Write the records of MESSAGES frames; a SYNC frame wakes the syncing thread."""
         with self._lock:
             for kind, payload in frames:
-                if kind is FrameKind.MESSAGE:
-                    channel, sequence, log_time = MESSAGE_HEADER.unpack_from(payload)
-                    data = payload[MESSAGE_HEADER.size :]
-                    self._mcap.add_message(channel, log_time, data, log_time, sequence)
-                    self._last_sequence = sequence
+                if kind is FrameKind.MESSAGES:
+                    for channel, sequence, log_time, data in split_messages(payload):
+                        self._mcap.add_message(channel, log_time, data, log_time, sequence)
+                        self._last_sequence = sequence
         if any(kind is FrameKind.SYNC for kind, _ in frames):
             self._wake.set()
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -24,7 +24,7 @@ from study.session.effects import (
     StepFleet,
     StopFleet,
 )
-from study.session.session import Session
+from study.session.session import Session, Step
 from study.shell.fitting import FitAnswer, Fitter
 from study.shell.fleet import Fleet
 
@@ -36,6 +36,10 @@ class Recorder(Protocol):
 
     def write(self, record: Record, log_time_ns: int) -> int:
         """Hand a record to the writer."""
+        ...
+
+    def write_together(self, records: Sequence[tuple[Record, int]]) -> int:
+        """Hand over records all or none of which are to be in the file."""
         ...
 
     def ensure_durable(self, timeout_s: float) -> bool:
@@ -89,17 +93,31 @@ class Conductor:
         self._recorder.write(record, self._epoch_ns + record.t_ns)
 
     def feed(self, given: Input) -> None:
-        """Record an input, hand it to the session, record its events, carry out its effects."""
-        self._recorder.write(given, self._epoch_ns + given.t_ns)
-        step = self.session.handle(given)
+        """Hand an input to the session, record it with its events, carry out the effects.
+
+        Input and events are recorded together, before any effect: wherever the study is killed,
+        a recording holds for each of its inputs all that followed from it.
+        """
+        step = self._handled(given)
+        records: list[Record] = [given, *step.events]
+        self._recorder.write_together(
+            [(record, self._epoch_ns + record.t_ns) for record in records]
+        )
         for event in step.events:
-            self._recorder.write(event, self._epoch_ns + event.t_ns)
             if isinstance(event, TrialStarted):
                 self.trial_id = event.trial_id
             elif isinstance(event, TrialEnded):
                 self.trial_id = -1
         for effect in step.effects:
             self._carry_out(effect)
+
+    def _handled(self, given: Input) -> Step:
+        try:
+            return self.session.handle(given)
+        except BaseException:
+            # A fault of ours: the recording should show what led to it.
+            self._recorder.write(given, self._epoch_ns + given.t_ns)
+            raise
 
     def _carry_out(self, effect: Effect) -> None:
         if isinstance(effect, Show):

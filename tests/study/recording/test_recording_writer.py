@@ -308,7 +308,7 @@ def test_a_killed_study_leaves_a_complete_file(tmp_path: Path, seed: int) -> Non
 )
 def test_frames_survive_any_cutting(payloads: list[bytes], cuts: list[int], torn: int) -> None:
     """However a pipe cuts the stream, whole frames come out, and a torn last one does not."""
-    stream = b"".join(frame(FrameKind.MESSAGE, payload) for payload in payloads)
+    stream = b"".join(frame(FrameKind.MESSAGES, payload) for payload in payloads)
     whole = stream[: len(stream) - min(torn, len(stream))]
     splitter = FrameSplitter()
     found: list[bytes] = []
@@ -317,5 +317,5 @@ def test_frames_survive_any_cutting(payloads: list[bytes], cuts: list[int], torn
         size = cuts[turn % len(cuts)]
         found += [payload for _, payload in splitter.feed(rest[:size])]
         rest, turn = rest[size:], turn + 1
-    ends = np.cumsum([len(frame(FrameKind.MESSAGE, payload)) for payload in payloads])
+    ends = np.cumsum([len(frame(FrameKind.MESSAGES, payload)) for payload in payloads])
     assert found == payloads[: int((ends <= len(whole)).sum())]

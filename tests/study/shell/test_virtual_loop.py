@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import pytest
@@ -33,6 +34,12 @@ class Memory:
         """Keep a record; its log time is the session's time after the epoch."""
         assert log_time_ns == 1000 + record.t_ns
         self.records.append(record)
+        return len(self.records)
+
+    def write_together(self, records: Sequence[tuple[Record, int]]) -> int:
+        """Keep records in order."""
+        for record, log_time_ns in records:
+            self.write(record, log_time_ns)
         return len(self.records)
 
     def ensure_durable(self, timeout_s: float) -> bool:
