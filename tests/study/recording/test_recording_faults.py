@@ -45,6 +45,13 @@ def watched(recorder: FailoverRecorder, seconds: float) -> tuple[str | None, flo
     return fault, counted
 
 
+def wait_for_failure(recorder: FailoverRecorder) -> None:
+    """Wait until the writer has said that it failed; on a busy machine it may seem to stall."""
+    deadline = time.monotonic() + PATIENCE_S
+    while recorder.healthy and time.monotonic() < deadline:
+        time.sleep(0.01)
+
+
 def assert_nothing_missing(paths: list[Path], taken: int) -> None:
     """Across the parts every record is there, and the last file is complete."""
     assert sorted(Merged(paths).rows) == list(range(1, taken + 1))
@@ -304,6 +311,7 @@ def test_an_error_on_sync_costs_nothing(tmp_path: Path, monkeypatch: pytest.Monk
     recorder = FailoverRecorder.start(tmp_path, "P01", {}, {})
     monkeypatch.delenv(FAIL_SYNC_AFTER)
     recorder.write(note(0), 1)
+    wait_for_failure(recorder)
     fault, _ = watched(recorder, 5)
     assert fault is not None
     assert "the disk reported an error" in fault

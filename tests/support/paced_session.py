@@ -1,15 +1,11 @@
-"""Sessions of twelve robots on the clock, one after another, each to be killed.
+"""A session of twelve robots on the clock, to be killed.
 
-python paced_sessions.py PROTOCOL
+python paced_session.py PROTOCOL FOLDER SEED
 
-For each line on standard input (``FOLDER SEED``) a session begins in a process of its own, whose
-id is printed. It keeps a log, FOLDER/accepted.log: a line for what was handed over together, with
-the number of the last record and, of each, topic and checksum. That log is written here, apart
-from the recorder, so that a recording can be held against it. FOLDER/twelve_robots appears when
-twelve robots begin to run.
-
-The processes are forked from one that has loaded everything already, for the tests' speed alone;
-it holds no pipe that a recording depends on.
+It keeps a log, FOLDER/accepted.log: a line for what was handed over together, with the number of
+the last record and, of each, topic and checksum. That log is written here, apart from the recorder,
+so that a recording can be held against it. FOLDER/twelve_robots appears when twelve robots begin to
+run.
 """
 
 from __future__ import annotations
@@ -63,36 +59,16 @@ class PacedOperator(SimulatedOperator):
         return super().act(screen, now_ns)
 
 
-def session(protocol: str, folder: Path, seed: int) -> None:
+def main(protocol: str, folder: Path, seed: int) -> None:
     """Run one session to its end, if it is let."""
-    LoggedRecorder.log = os.open(folder / "accepted.log", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+    simulating.SimulatedOperator = PacedOperator  # type: ignore[misc]
+    composing.Recorder = LoggedRecorder  # type: ignore[misc]
     PacedOperator.marker = folder / "twelve_robots"
+    flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
+    LoggedRecorder.log = os.open(folder / "accepted.log", flags, 0o600)
     (assignment,) = simulating.simulated_assignments(load_protocol(protocol), 1, seed)
     simulating.simulate_session(protocol, assignment, seed, folder / "recordings", batch_bytes=0)
 
 
-def say(line: str) -> None:
-    """Tell whoever started this process."""
-    sys.stdout.write(f"{line}\n")
-    sys.stdout.flush()
-
-
-def main(protocol: str) -> None:
-    """Serve one line after another."""
-    simulating.SimulatedOperator = PacedOperator  # type: ignore[misc]
-    composing.Recorder = LoggedRecorder  # type: ignore[misc]
-    load_protocol(protocol)
-    for line in sys.stdin:
-        folder, seed = line.split()
-        child = os.fork()
-        if child == 0:
-            os.close(0)
-            session(protocol, Path(folder), int(seed))
-            os._exit(0)
-        say(str(child))
-        os.waitpid(child, 0)
-        say("ended")
-
-
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]))
