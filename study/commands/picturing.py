@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 import pygame
@@ -31,6 +32,9 @@ class _NoRecorder:
     """A session that is only looked at is not recorded."""
 
     def write(self, record: Record, log_time_ns: int) -> int:  # noqa: ARG002
+        return 0
+
+    def write_together(self, records: Sequence[tuple[Record, int]]) -> int:  # noqa: ARG002
         return 0
 
     def ensure_durable(self, timeout_s: float) -> bool:  # noqa: ARG002

@@ -61,8 +61,8 @@ class PacedOperator(SimulatedOperator):
 
 def main(protocol: str, folder: Path, seed: int) -> None:
     """Run one session to its end, if it is let."""
-    simulating.SimulatedOperator = PacedOperator  # type: ignore[misc]
-    composing.Recorder = LoggedRecorder  # type: ignore[misc]
+    simulating.SimulatedOperator = PacedOperator  # type: ignore[attr-defined]
+    composing.Recorder = LoggedRecorder  # type: ignore[attr-defined]
     PacedOperator.marker = folder / "twelve_robots"
     flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
     LoggedRecorder.log = os.open(folder / "accepted.log", flags, 0o600)
