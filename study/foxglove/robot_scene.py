@@ -85,7 +85,10 @@ class RobotScene:
             operated: index of the operated robot; -1 if none.
         """
         rows = zip(
-            self._handles, *self._planar(states), outcomes.tolist(), action_sources.tolist(),
+            self._handles,
+            *self._planar(states),
+            outcomes.tolist(),
+            action_sources.tolist(),
             strict=True,
         )
         seconds, nanos = divmod(log_time_ns, 1_000_000_000)

@@ -170,7 +170,9 @@ def _words(record: Record) -> str:
     if isinstance(record, TrialEnded):
         broken = "" if record.complete else ", broken off"
         reward = f"team reward {record.team_reward:.1f}"
-        return f"Fleet run {record.trial_id} ends after {record.timesteps} timesteps{broken}: {reward}"
+        return (
+            f"Fleet run {record.trial_id} ends after {record.timesteps} timesteps{broken}: {reward}"
+        )
     if isinstance(record, Paused):
         return f"Paused: {record.reason}"
     if isinstance(record, Resumed):
