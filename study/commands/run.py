@@ -103,7 +103,7 @@ def _live_view(host: str, port: int, *, wanted: bool) -> Iterator[LiveTap | None
         return
     if host not in LOOPBACK:
         errors.print(
-            f"[bold yellow]Careful:[/] everyone who can reach {escape(host)} can watch this session."
+            f"[bold yellow]Careful:[/] everyone who can reach {escape(host)} can watch the session."
         )
     tap = LiveTap.start(host, port)
     try:
@@ -113,9 +113,8 @@ def _live_view(host: str, port: int, *, wanted: bool) -> Iterator[LiveTap | None
         tap.close()
         if tap.dropped:
             why = "it ended early" if tap.ended else "it was too slow"
-            errors.print(
-                f"The live view missed {tap.dropped} records: {why}. None is missing in the recording."
-            )
+            missed = f"The live view missed {tap.dropped} records: {why}."
+            errors.print(f"{missed} The recording has them.")
 
 
 def parse_size(given: str) -> tuple[int, int] | None:

@@ -18,7 +18,7 @@ from study.recording.durable_file import DurableFile
 from study.recording.parts import SessionRecording, read_session
 
 PROFILE = "scaled_autonomy_foxglove"
-"""Another profile than a recording's, and no metadata of one: an export is never mistaken for it."""
+"""Not the profile of a recording, nor are there its metadata: it is never taken for one."""
 
 _CHUNK_BYTES = 1 << 20
 _REPORT_EVERY = 1000
@@ -49,7 +49,7 @@ def export(
     source: Path,
     target: Path,
     rate_hz: float,
-    progress: Callable[[int, int], object] = lambda done, total: None,
+    progress: Callable[[int, int], object] | None = None,
 ) -> Exported:
     """Write a session, with all its parts, and its scene into a new file.
 
@@ -91,7 +91,7 @@ def _write(
     file: DurableFile,
     session: SessionRecording,
     rate_hz: float,
-    progress: Callable[[int, int], object],
+    progress: Callable[[int, int], object] | None,
 ) -> Exported:
     writer = Writer(file, chunk_size=_CHUNK_BYTES, enable_data_crcs=True)  # type: ignore[arg-type]
     version = importlib.metadata.version("scaled-autonomy")
@@ -112,7 +112,7 @@ def _write(
     total = sum(len(part.sequences) for part in session.parts)
     records = scenes = unknown = 0
     for place, raw in enumerate(session.raw()):
-        if place % _REPORT_EVERY == 0:
+        if progress and place % _REPORT_EVERY == 0:
             progress(place, total)
         channel = channels.get(raw.topic)
         if channel is None:
@@ -125,7 +125,8 @@ def _write(
             time_ns = made.log_time_ns
             writer.add_message(channels[made.topic], time_ns, made.data, time_ns, scenes)
     writer.finish()
-    progress(total, total)
+    if progress:
+        progress(total, total)
     return Exported(
         path=file.final_path,
         records=records,

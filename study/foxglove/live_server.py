@@ -110,6 +110,11 @@ class LiveServer(ServerListener):
         )
 
 
+def say(answer: dict[str, object]) -> None:
+    """Tell the session how the start went."""
+    os.write(1, json.dumps(answer).encode() + b"\n")
+
+
 def main(arguments: list[str]) -> int:
     """Serve until standard input ends; return the exit status."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -120,9 +125,9 @@ def main(arguments: list[str]) -> int:
     try:
         server = LiveServer(host, int(port))
     except Exception as error:
-        print(json.dumps({"error": str(error)}), flush=True)
+        say({"error": str(error)})
         return 1
-    print(json.dumps({"port": server.port}), flush=True)
+    say({"port": server.port})
     splitter = FrameSplitter()
     while data := os.read(0, _READ_SIZE):
         for kind, payload in splitter.feed(data):

@@ -169,10 +169,8 @@ def _words(record: Record) -> str:
         return f"Fleet run {record.trial_id} begins: {place}, {record.robots} robots"
     if isinstance(record, TrialEnded):
         broken = "" if record.complete else ", broken off"
-        reward = f"team reward {record.team_reward:.1f}"
-        return (
-            f"Fleet run {record.trial_id} ends after {record.timesteps} timesteps{broken}: {reward}"
-        )
+        what = f"{record.timesteps} timesteps{broken}: team reward {record.team_reward:.1f}"
+        return f"Fleet run {record.trial_id} ends after {what}"
     if isinstance(record, Paused):
         return f"Paused: {record.reason}"
     if isinstance(record, Resumed):

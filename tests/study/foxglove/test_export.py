@@ -1,4 +1,4 @@
-"""The file for Foxglove: the session's own messages untouched, and a scene that agrees with them."""
+"""The file for Foxglove: the session's own messages, and a scene that agrees with them."""
 
 from __future__ import annotations
 
