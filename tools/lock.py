@@ -19,6 +19,8 @@ def main() -> int:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
     wanted = [
         *(item for item in project["project"]["dependencies"] if not item.startswith("torch")),
+        # Set-up installs the extras too: small, and the tests need them.
+        *(item for extra in project["project"]["optional-dependencies"].values() for item in extra),
         *project["dependency-groups"]["dev"],
         *(ROOT / "requirements" / "lock.in").read_text().splitlines(),
     ]

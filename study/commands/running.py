@@ -26,6 +26,8 @@ from study.commands.resuming import (
 )
 from study.errors import StudyError
 from study.events.inputs import Input
+from study.events.shell import Note
+from study.foxglove.live_tap import LiveTap, TappedRecorder
 from study.loading import LoadedProtocol
 from study.recording.failover import FailoverRecorder
 from study.recording.parts import base_name
@@ -93,8 +95,17 @@ def run_session(
     *,
     size: tuple[int, int] | None,
     fullscreen: bool,
+    tap: LiveTap | None = None,
 ) -> tuple[list[Path], bool]:
     """Run a session in a window.
+
+    Args:
+        loaded: the protocol.
+        assignment: who takes part, and how.
+        folder: where the recording goes.
+        size: of the window, pixels; the default if None.
+        fullscreen: whether it fills the screen.
+        tap: a live view that gets the records too.
 
     Returns:
         The recording, one file a part, and whether every stage was passed.
@@ -105,7 +116,8 @@ def run_session(
     opened = session_opened(loaded, assignment)
     # The writer starts before anything that could take the study down, and ends last.
     recorder = start_failover_recorder(folder, loaded, opened)
-    return _run(loaded, recorder, _Beginning(lambda _: opened), size=size, fullscreen=fullscreen)
+    beginning = _Beginning(lambda _: opened)
+    return _run(loaded, recorder, beginning, size=size, fullscreen=fullscreen, tap=tap)
 
 
 def resume_session(
@@ -115,6 +127,7 @@ def resume_session(
     *,
     size: tuple[int, int] | None,
     fullscreen: bool,
+    tap: LiveTap | None = None,
 ) -> tuple[list[Path], bool]:
     """Go on with a session in a window, from a boundary; see `run_session`."""
     end = find_end(boundary.recording)
@@ -132,7 +145,7 @@ def resume_session(
         fits=boundary.fits,
         start_ns=end.t_ns + 1,
     )
-    return _run(loaded, recorder, beginning, size=size, fullscreen=fullscreen)
+    return _run(loaded, recorder, beginning, size=size, fullscreen=fullscreen, tap=tap)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -159,6 +172,7 @@ def _run(
     *,
     size: tuple[int, int] | None,
     fullscreen: bool,
+    tap: LiveTap | None,
 ) -> tuple[list[Path], bool]:
     with ExitStack() as stack:
         stack.callback(_close, recorder, recorder.sent_sequence)
@@ -170,11 +184,15 @@ def _run(
         title = loaded.protocol.study.title
         window = stack.enter_context(closing(Window(size, fullscreen=fullscreen, caption=title)))
         session, clock = beginning.session, LiveClock(beginning.start_ns)
+        records_to = recorder if tap is None else TappedRecorder(recorder, tap)
         conductor = Conductor(
-            session, recorder, fleet, fitter, epoch_ns=clock.epoch_ns, waits_for_disk=True
+            session, records_to, fleet, fitter, epoch_ns=clock.epoch_ns, waits_for_disk=True
         )
         conductor.feed(beginning.first_input(clock.now()))
         LiveLoop(conductor, window, recorder, clock).run()
+        if tap is not None:
+            remark = f"live view: {tap.passed} records passed on, {tap.dropped} dropped"
+            conductor.observe(Note(clock.now(), remark))
     return recorder.close(), session.complete
 
 
