@@ -35,6 +35,9 @@ def run(
     resume: Annotated[  # noqa: FBT002
         bool, typer.Option("--resume", help="Go on with a session that broke off.")
     ] = False,
+    lsl: Annotated[  # noqa: FBT002
+        bool, typer.Option("--lsl", help="Publish markers to Lab Streaming Layer.")
+    ] = False,
 ) -> None:
     """Run one session with a person at the keyboard, in a window."""
     from study.commands.resuming import find_boundary  # noqa: PLC0415 - slow to import
@@ -60,7 +63,7 @@ def run(
             "going on at the last stage entered. Escape pauses."
         )
         paths, complete = resume_session(
-            loaded, boundary, output, size=window_size, fullscreen=fullscreen
+            loaded, boundary, output, size=window_size, fullscreen=fullscreen, lsl=lsl
         )
     else:
         assignment = assign(loaded, participant, output, order=order, seed=seed, again=again)
@@ -69,7 +72,7 @@ def run(
             f"order {' then '.join(assignment.order)}. Escape pauses."
         )
         paths, complete = run_session(
-            loaded, assignment, output, size=window_size, fullscreen=fullscreen
+            loaded, assignment, output, size=window_size, fullscreen=fullscreen, lsl=lsl
         )
     for path in paths:
         console.print(f"Recorded in {escape(str(path))}")

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 import numpy as np
 
 from study.errors import RecordingFailedError
-from study.events.events import TrialEnded, TrialStarted
+from study.events.events import Event, TrialEnded, TrialStarted
 from study.events.fields import Record
 from study.events.inputs import FitCompleted, FitFailed, FitTimedOut, FleetObserved, Input
 from study.screens import Screen
@@ -29,6 +29,9 @@ from study.shell.fitting import FitAnswer, Fitter
 from study.shell.fleet import Fleet
 
 DURABLE_TIMEOUT_S = 10.0
+
+Watcher = Callable[[Sequence[tuple[int, Event]]], None]
+"""Sees the events of one input with their sequence numbers. It must not raise nor wait."""
 
 
 class Recorder(Protocol):
@@ -83,6 +86,11 @@ class Conductor:
         self.finished = False
         self.trial_id = -1
         self.longest_disk_wait_s = 0.0
+        self._watchers: list[Watcher] = []
+
+    def watch(self, watcher: Watcher) -> None:
+        """Let a watcher see all further events, once they were handed to the recorder."""
+        self._watchers.append(watcher)
 
     def observe(self, record: Record) -> None:
         """Record what the shell noticed; the session does not hear of it."""
@@ -92,12 +100,16 @@ class Conductor:
         """Record an input, hand it to the session, record its events, carry out its effects."""
         self._recorder.write(given, self._epoch_ns + given.t_ns)
         step = self.session.handle(given)
+        numbered: list[tuple[int, Event]] = []
         for event in step.events:
-            self._recorder.write(event, self._epoch_ns + event.t_ns)
+            sequence = self._recorder.write(event, self._epoch_ns + event.t_ns)
+            numbered.append((sequence, event))
             if isinstance(event, TrialStarted):
                 self.trial_id = event.trial_id
             elif isinstance(event, TrialEnded):
                 self.trial_id = -1
+        for watcher in self._watchers if numbered else ():
+            watcher(numbered)
         for effect in step.effects:
             self._carry_out(effect)
 
