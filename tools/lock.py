@@ -1,6 +1,7 @@
 """Write requirements/lock.txt anew: newest versions that fit pyproject.toml, with hashes.
 
-For all platforms and Pythons from 3.11 on. torch is left to requirements/torch.txt.
+For all platforms and Pythons from 3.11 on, with every extra, so that every test can run.
+torch is left to requirements/torch.txt.
 """
 
 from __future__ import annotations

@@ -48,6 +48,9 @@ def run(
         int,
         typer.Option("--live-port", min=0, max=65535, help="Its port; 0: any that is free."),
     ] = DEFAULT_PORT,
+    lsl: Annotated[  # noqa: FBT002
+        bool, typer.Option("--lsl", help="Publish markers to Lab Streaming Layer.")
+    ] = False,
 ) -> None:
     """Run one session with a person at the keyboard, in a window."""
     from study.commands.resuming import find_boundary  # noqa: PLC0415 - slow to import
@@ -76,7 +79,13 @@ def run(
         )
         with _live_view(live_host, live_port, wanted=live) as tap:
             paths, complete = resume_session(
-                loaded, boundary, output, size=window_size, fullscreen=fullscreen, tap=tap
+                loaded,
+                boundary,
+                output,
+                size=window_size,
+                fullscreen=fullscreen,
+                tap=tap,
+                lsl=lsl,
             )
     else:
         assignment = assign(loaded, participant, output, order=order, seed=seed, again=again)
@@ -86,7 +95,13 @@ def run(
         )
         with _live_view(live_host, live_port, wanted=live) as tap:
             paths, complete = run_session(
-                loaded, assignment, output, size=window_size, fullscreen=fullscreen, tap=tap
+                loaded,
+                assignment,
+                output,
+                size=window_size,
+                fullscreen=fullscreen,
+                tap=tap,
+                lsl=lsl,
             )
     for path in paths:
         console.print(f"Recorded in {escape(str(path))}")

@@ -24,7 +24,7 @@ from study.events.inputs import SessionOpened
 from study.foxglove.scene_builder import SceneBuilder
 from study.foxglove.schemas import MAP_TOPIC, SCENE_TYPES, schema_descriptors, schema_name
 from study.recording.descriptors import descriptor_set, message_name
-from study.recording.framing import MESSAGE_HEADER, FrameKind, FrameSplitter
+from study.recording.framing import FrameKind, FrameSplitter, split_messages
 from study.recording.opening import channel_numbers
 
 _READ_SIZE = 1 << 20
@@ -78,15 +78,15 @@ class LiveServer(ServerListener):
         self._wanted.add(channel.topic)
 
     def take(self, payload: bytes) -> None:
-        """Publish one record, and what it adds to the scene."""
-        number, _, log_time_ns = MESSAGE_HEADER.unpack_from(payload)
-        topic, data = self._topics[number], payload[MESSAGE_HEADER.size :]
-        self._channels[topic].log(data, log_time=log_time_ns)
-        if topic in _LASTING:
-            self._lasting[topic] = (log_time_ns, data)
-        with contextlib.suppress(RecordingError):
-            for made in self._builder.take(topic, log_time_ns, data):
-                self._channels[made.topic].log(made.data, log_time=made.log_time_ns)
+        """Publish records, and what they add to the scene."""
+        for number, _, log_time_ns, data in split_messages(payload):
+            topic = self._topics[number]
+            self._channels[topic].log(data, log_time=log_time_ns)
+            if topic in _LASTING:
+                self._lasting[topic] = (log_time_ns, data)
+            with contextlib.suppress(RecordingError):
+                for made in self._builder.take(topic, log_time_ns, data):
+                    self._channels[made.topic].log(made.data, log_time=made.log_time_ns)
 
     def repeat(self) -> None:
         """Publish again what those who came meanwhile have missed."""
@@ -131,7 +131,7 @@ def main(arguments: list[str]) -> int:
     splitter = FrameSplitter()
     while data := os.read(0, _READ_SIZE):
         for kind, payload in splitter.feed(data):
-            if kind is FrameKind.MESSAGE:
+            if kind is FrameKind.MESSAGES:
                 server.take(payload)
         server.repeat()
     server.stop()

@@ -16,12 +16,14 @@ import subprocess
 import sys
 import time
 from collections import deque
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Protocol, Self
+from typing import Self
 
 import study
 from study.errors import StudyError
 from study.events.fields import Record
+from study.recording.failover import FailoverRecorder
 from study.recording.framing import MESSAGE_HEADER, FrameKind, frame
 from study.recording.opening import channel_numbers
 from study.recording.wire import encode
@@ -109,8 +111,10 @@ class LiveTap:
         if self.ended:
             self.dropped += 1
             return
-        payload = MESSAGE_HEADER.pack(self._channels[record.topic], sequence, log_time_ns)
-        framed = frame(FrameKind.MESSAGE, payload + encode(record))
+        data = encode(record)
+        channel = self._channels[record.topic]
+        head = MESSAGE_HEADER.pack(channel, sequence, log_time_ns, len(data))
+        framed = frame(FrameKind.MESSAGES, head + data)
         self._queue.append(framed)
         self._queued += len(framed)
         self._push()
@@ -156,15 +160,10 @@ class LiveTap:
             self._rest = memoryview(b"")
 
 
-class _Recorder(Protocol):
-    def write(self, record: Record, log_time_ns: int) -> int: ...
-    def ensure_durable(self, timeout_s: float) -> bool: ...
-
-
 class TappedRecorder:
     """A recorder whose records a live view gets too, after the recorder has taken them."""
 
-    def __init__(self, recorder: _Recorder, tap: LiveTap) -> None:
+    def __init__(self, recorder: FailoverRecorder, tap: LiveTap) -> None:
         self._recorder = recorder
         self._tap = tap
 
@@ -173,6 +172,13 @@ class TappedRecorder:
         sequence = self._recorder.write(record, log_time_ns)
         self._tap.offer(record, log_time_ns, sequence)
         return sequence
+
+    def write_together(self, records: Sequence[tuple[Record, int]]) -> int:
+        """Record all or none, then pass them on."""
+        last = self._recorder.write_together(records)
+        for sequence, (record, log_time_ns) in enumerate(records, last - len(records) + 1):
+            self._tap.offer(record, log_time_ns, sequence)
+        return last
 
     def ensure_durable(self, timeout_s: float) -> bool:
         """Wait until everything written is on disk; the live view is not waited for."""
