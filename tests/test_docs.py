@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 
 import analysis.commands.main
 import study.commands.main
+from patience import PATIENCE_S
 from protocols import variant
 from study.commands.simulating import simulate_session, simulated_assignments
 from study.events.events import TrialEnded
@@ -73,7 +74,9 @@ SHELL_LINES = [
 def test_generated_reference_is_in_step() -> None:
     """The reference says what models and command lines say now."""
     check = [sys.executable, str(WRITE_REFERENCE), "--check"]
-    done = subprocess.run(check, cwd=ROOT, capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run(
+        check, cwd=ROOT, capture_output=True, text=True, check=False, timeout=PATIENCE_S
+    )
     assert done.returncode == 0, f"{done.stdout}{done.stderr}Run: python tools/write_reference.py"
 
 
@@ -163,7 +166,7 @@ def test_the_example_reader_reads(tmp_path: Path) -> None:
     program.write_text(example, encoding="utf-8")
     command = [sys.executable, str(program), str(path)]
     done = subprocess.run(
-        command, cwd=tmp_path, capture_output=True, text=True, check=True, timeout=60
+        command, cwd=tmp_path, capture_output=True, text=True, check=True, timeout=PATIENCE_S
     )
     expected = [
         f"{sequence} {record.trial_id} {record.timesteps} {round(record.team_reward, 2)}"

@@ -26,6 +26,9 @@ GRACE_NS = 600_000_000
 """A longer time than the first between two checks means that this process itself stood still, and
 perhaps the whole machine. The writer then has the second to be heard."""
 
+TOO_FAST = "records come faster than the disk takes them"
+"""A fault that another writer would not mend: time does."""
+
 ATTEMPTS = 3
 """Parts begun in a row, none of which gets what waited to the disk, before it is given up."""
 
@@ -173,6 +176,8 @@ class FailoverRecorder:
             return self._untold
         if self._recorder.failure is not None:
             return self._recorder.report.cause[0]
+        if not self._recorder.healthy:
+            return TOO_FAST
         waiting = self._recorder.backlog.waiting_since_ns()
         if waiting is None or now_perf_ns <= max(waiting + STALL_NS, self._patient_until_ns):
             return None
@@ -181,7 +186,8 @@ class FailoverRecorder:
     def begin_part(self, reason: str) -> int:
         """Begin a part with a fresh writer and bring all that waited to the disk.
 
-        Nothing is done if that was done already, within `ensure_durable`.
+        If the writer works and the disk is only slow, it is waited for, and the part goes on.
+        Nothing is done if a part was begun already, within `ensure_durable`.
 
         Args:
             reason: what `check` said.
@@ -195,7 +201,7 @@ class FailoverRecorder:
         """
         if self._untold:
             self._untold = ""
-        else:
+        elif reason != TOO_FAST or not self._recorder.ensure_durable(SETTLE_TIMEOUT):
             self._fail_over(reason)
         return self._part
 

@@ -8,6 +8,7 @@ import sys
 import numpy as np
 import pytest
 
+from patience import PATIENCE_S
 from study.families import known_members, load_member
 from study.policies.base import FitResult, Policy
 from study.tasks import navigation
@@ -88,4 +89,4 @@ def test_acting_needs_no_torch(name: str) -> None:
         f"module = load_member('study.policies', 'policy', {name!r});"
         "assert not {'torch', 'pygame'} & set(sys.modules)"
     )
-    subprocess.run([sys.executable, "-c", check], check=True, timeout=60)
+    subprocess.run([sys.executable, "-c", check], check=True, timeout=PATIENCE_S)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from patience import PATIENCE_S
 from study.families import known_members, load_member
 from study.map_grid import score_grid
 from study.policies.base import FitResult
@@ -86,4 +87,4 @@ def test_scoring_needs_no_torch(name: str, tmp_path: Path) -> None:
         "assert scorer.scores(numpy.ones((3, 4), numpy.float32)).shape == (3,);"
         "assert not {'torch', 'pygame'} & set(sys.modules)"
     )
-    subprocess.run([sys.executable, "-c", check], check=True, timeout=60)
+    subprocess.run([sys.executable, "-c", check], check=True, timeout=PATIENCE_S)

@@ -11,6 +11,7 @@ import pytest
 
 from analysis.commands.report import write_report
 from participant import Participant
+from patience import PATIENCE_S
 from study.events.inputs import KeyChanged
 from study.recording.reader import read_recording
 from study.verification import verify
@@ -37,7 +38,7 @@ def run_session(
             Participant(hands, folder, study, mouse=mouse, seed=1).run(timeout_s)
         finally:
             study.terminate()
-            status = study.wait(20)
+            status = study.wait(PATIENCE_S)
             hands.close()
     assert status == 0
     (recording,) = folder.glob("*.mcap")
@@ -67,7 +68,7 @@ def check(path: Path, sent: list[tuple[str, bool]], report: Path) -> None:
 def test_smoke_protocol_by_real_events(tmp_path: Path, mouse: bool) -> None:
     """Every stage is passed, each key sent is recorded in order, and a report is built."""
     folder = tmp_path / "recordings"
-    path, sent = run_session("protocols/smoke.toml", folder, mouse=mouse, timeout_s=150)
+    path, sent = run_session("protocols/smoke.toml", folder, mouse=mouse, timeout_s=600)
     check(path, sent, tmp_path / "report")
 
 

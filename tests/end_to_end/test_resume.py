@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from participant import Participant
+from patience import PATIENCE_S
 from study.errors import StudyError
 from study.events.events import StageEntered, TrialEnded, TrialStarted
 from study.recording.parts import read_session
@@ -59,7 +60,7 @@ def test_killed_session_is_resumed_by_real_events(tmp_path: Path) -> None:
         killer = threading.Thread(target=kill_in_phase_three, args=(study, tmp_path))
         killer.start()
         try:
-            Participant(hands, tmp_path, study, mouse=False, seed=1).run(150)
+            Participant(hands, tmp_path, study, mouse=False, seed=1).run(600)
         finally:
             study.kill()
             killer.join()
@@ -67,10 +68,10 @@ def test_killed_session_is_resumed_by_real_events(tmp_path: Path) -> None:
 
         study = start(display, tmp_path, "--resume")
         try:
-            Participant(hands, tmp_path, study, mouse=False, seed=2, part=2).run(150)
+            Participant(hands, tmp_path, study, mouse=False, seed=2, part=2).run(600)
         finally:
             study.terminate()
-            status = study.wait(20)
+            status = study.wait(PATIENCE_S)
             hands.close()
     assert status == 0
     first, second = sorted(tmp_path.glob("*.mcap"))

@@ -16,14 +16,12 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
+from patience import PATIENCE_S
 from protocols import ROOT, variant
 from study.recording.reader import read_recording
 from study.verification import verify
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="signals of Linux")
-
-PATIENCE_S = 120.0
-"""For a busy machine; nothing here is about speed."""
 
 KILL_WITHIN_S = 2.0
 SHORT_PHASES = (

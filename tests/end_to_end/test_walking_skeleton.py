@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from patience import PATIENCE_S
 from protocols import erratic, variant
 from study.commands.simulating import simulate_session, simulated_assignments
 from study.events.events import Timestep, TrialEnded
@@ -90,13 +91,13 @@ def test_killed_study_leaves_a_whole_recording(tmp_path: Path, task: str, seed: 
     folder = tmp_path / "recordings"
     script = ROOT / "tests" / "support" / "killable_session.py"
     study = subprocess.Popen([sys.executable, str(script), str(protocol), str(folder)], cwd=ROOT)
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + PATIENCE_S
     while not has_begun(folder) and time.monotonic() < deadline:
         time.sleep(0.01)
     time.sleep(random.Random(seed).uniform(0.0, 1.0))
     study.send_signal(signal.SIGKILL)
     study.wait(10)
-    deadline = time.monotonic() + 5
+    deadline = time.monotonic() + PATIENCE_S
     while not list(folder.glob("*.mcap")) and time.monotonic() < deadline:
         time.sleep(0.02)
     (path,) = folder.glob("*.mcap")

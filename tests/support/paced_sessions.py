@@ -71,6 +71,12 @@ def session(protocol: str, folder: Path, seed: int) -> None:
     simulating.simulate_session(protocol, assignment, seed, folder / "recordings", batch_bytes=0)
 
 
+def say(line: str) -> None:
+    """Tell whoever started this process."""
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
+
+
 def main(protocol: str) -> None:
     """Serve one line after another."""
     simulating.SimulatedOperator = PacedOperator  # type: ignore[misc]
@@ -83,9 +89,9 @@ def main(protocol: str) -> None:
             os.close(0)
             session(protocol, Path(folder), int(seed))
             os._exit(0)
-        print(child, flush=True)
+        say(str(child))
         os.waitpid(child, 0)
-        print("ended", flush=True)
+        say("ended")
 
 
 if __name__ == "__main__":

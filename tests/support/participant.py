@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pygame
 
+from patience import PATIENCE_S
 from study.errors import StudyError
 from study.events.events import (
     FitApplied,
@@ -99,7 +100,7 @@ class Participant:
                 time.sleep(0.05)
             elif stage.kind == "pages" and stage.name == "thanks":
                 self._hands.key("return", down=True)
-                self._wait_for_end(10.0)
+                self._wait_for_end(PATIENCE_S)
             elif stage.kind == "trial" and running:
                 self._drive(stage)
             elif stage.kind == "survey":

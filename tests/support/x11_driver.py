@@ -14,6 +14,8 @@ from Xlib import XK, X
 from Xlib.display import Display
 from Xlib.ext import xtest
 
+from patience import PATIENCE_S
+
 KEYSYMS = {
     "up": "Up",
     "down": "Down",
@@ -57,7 +59,7 @@ def x_server(width: int = 1280, height: int = 960) -> Iterator[str]:
         yield f":{number}"
     finally:
         server.terminate()
-        server.wait(10)
+        server.wait(PATIENCE_S)
 
 
 class Hands:
@@ -67,7 +69,7 @@ class Hands:
         self._display = Display(display)
         self.sent: list[tuple[str, bool]] = []
 
-    def wait_for_window(self, timeout_s: float = 30.0) -> None:
+    def wait_for_window(self, timeout_s: float = PATIENCE_S) -> None:
         """Wait until a window is mapped, and give it the keyboard."""
         deadline = time.monotonic() + timeout_s
         root = self._display.screen().root

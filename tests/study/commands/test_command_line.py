@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from patience import PATIENCE_S
 from protocols import ROOT, variant
 from study.commands.composing import session_opened, start_recorder
 from study.commands.running import assign
@@ -24,7 +25,7 @@ def study(*arguments: str | Path, folder: Path = ROOT) -> subprocess.CompletedPr
         env={**os.environ, "PYTHONPATH": str(ROOT), "SDL_VIDEODRIVER": "dummy"},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE_S,
         check=False,
     )
     assert "Traceback" not in done.stderr + done.stdout, done.stderr

@@ -20,6 +20,7 @@ from hypothesis import strategies as st
 import cut_sessions
 from analysis.recordings import load_recordings
 from cut_sessions import resume, study_loaded, whole_session, write_part
+from patience import PATIENCE_S
 from protocols import variant
 from study.commands.composing import start_failover_recorder
 from study.commands.resuming import End, find_boundary, last_session
@@ -177,7 +178,7 @@ def test_killed_processes_are_resumed(tmp_path: Path, undisturbed: SessionRecord
         folder = tmp_path / str(number)
         command = [sys.executable, cut_sessions.__file__, str(folder), "0.02"]
         study = subprocess.Popen(command, start_new_session=True)
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + PATIENCE_S
         while not any(folder.glob("*.part")) and time.monotonic() < deadline:
             time.sleep(0.02)
         time.sleep(0.3 + 5.0 * chance.random())
@@ -192,7 +193,7 @@ def test_killed_processes_are_resumed(tmp_path: Path, undisturbed: SessionRecord
 
 def _settled(folder: Path) -> list[Path]:
     """Return the files once no writer is at work."""
-    deadline = time.monotonic() + 20
+    deadline = time.monotonic() + PATIENCE_S
     while list(folder.glob("*.part")) and time.monotonic() < deadline:
         time.sleep(0.05)
     return list(folder.glob("*.mcap"))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -154,15 +153,6 @@ def test_equal_seeds_give_equal_weights() -> None:
     assert first == again
     assert first != other
     assert torch.equal(torch.get_rng_state(), state)
-
-
-def test_1600_choices_are_fitted_in_seconds() -> None:
-    """A participant does not wait for a fit (about one second on a free core)."""
-    arrays = _choices(1600, 4, 11)
-    luce.fit(_choices(20, 4, 0), DESCRIPTION, {}, 0)  # torch warms up
-    began = time.process_time()
-    luce.fit(arrays, DESCRIPTION, {}, 0)
-    assert time.process_time() - began < 8
 
 
 @pytest.mark.parametrize(
