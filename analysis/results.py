@@ -17,6 +17,7 @@ from analysis.statistics.result import EffectResult, Outcome
 from analysis.statistics.rm_anova import rm_anova
 from analysis.statistics.wilcoxon import signed_rank
 from analysis.tables.study_tables import StudyTables
+from analysis.variants import Variant, variants
 from study.events.codes import Phase
 
 OCCASIONS = ("before_reveal", "after_reveal")
@@ -35,6 +36,7 @@ class StudyResults:
         cells: team reward by participant and condition.
         primary: the primary test.
         sensitivity: other tests of the same question.
+        variants: the primary test on other choices of rows.
         comparison: the paper's form.
         orders: description by order.
         ratings: a row for each item and occasion.
@@ -49,6 +51,7 @@ class StudyResults:
     cells: Cells
     primary: Outcome
     sensitivity: tuple[Outcome, ...]
+    variants: tuple[Variant, ...]
     comparison: tuple[Outcome, ...]
     orders: tuple[OrderRow, ...]
     ratings: tuple[LikertRow, ...]
@@ -83,7 +86,8 @@ def compute_results(study: StudyRecordings, tables: StudyTables) -> StudyResults
         data=data,
         cells=cells,
         primary=primary,
-        sensitivity=tuple(_sensitivity(study, cells, primary)),
+        sensitivity=tuple(_sensitivity(cells, primary)),
+        variants=variants(study, data, cells, primary),
         comparison=(condition_trial_order(used, levels), condition_and_trial(used, levels)),
         orders=tuple(describe_orders(used, dict(data.orders))),
         ratings=tuple(_ratings(data, facts)),
@@ -91,25 +95,11 @@ def compute_results(study: StudyRecordings, tables: StudyTables) -> StudyResults
     )
 
 
-def _sensitivity(study: StudyRecordings, cells: Cells, primary: Outcome) -> list[Outcome]:
-    """Return the exact rank test, and the primary test without incomplete sessions."""
-    outcomes: list[Outcome] = []
-    if not isinstance(primary, EffectResult):
-        return outcomes
-    if len(cells.levels) == 2:
-        differences = cells.means[:, 1] - cells.means[:, 0]
-        outcomes.append(signed_rank(differences, cells.participants))
-    whole = {session.opened.participant for session in study.sessions if session.complete}
-    kept = [place for place, who in enumerate(cells.participants) if who in whole]
-    if len(kept) < cells.n:
-        fewer = dataclasses.replace(
-            cells,
-            participants=tuple(cells.participants[place] for place in kept),
-            means=cells.means[kept],
-            counts=cells.counts[kept],
-        )
-        outcomes.append(rm_anova(fewer, "Participant means, complete sessions only", "sensitivity"))
-    return outcomes
+def _sensitivity(cells: Cells, primary: Outcome) -> list[Outcome]:
+    """Return the exact rank test where the primary test was possible."""
+    if not isinstance(primary, EffectResult) or len(cells.levels) != 2:
+        return []
+    return [signed_rank(cells.means[:, 1] - cells.means[:, 0], cells.participants)]
 
 
 def _ratings(data: AnalysedData, facts: ProtocolFacts) -> list[LikertRow]:
