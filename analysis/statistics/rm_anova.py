@@ -17,6 +17,7 @@ from analysis.statistics.cells import Cells
 from analysis.statistics.effect_sizes import (
     cohens_dz,
     generalised_eta_squared,
+    hedges_gz,
     partial_eta_squared,
 )
 from analysis.statistics.result import EffectResult, Interval, Outcome, Refusal, Role
@@ -81,6 +82,7 @@ def _paired(cells: Cells, name: str, role: Role, rows: int) -> EffectResult:
     error = float(np.std(differences, ddof=1)) / math.sqrt(n)
     t = estimate / error
     reach = float(stats.t.ppf(0.975, n - 1)) * error
+    dz = cohens_dz(t, n)
     return EffectResult(
         name=name,
         formula="mean ~ condition, error: participant x condition",
@@ -93,13 +95,15 @@ def _paired(cells: Cells, name: str, role: Role, rows: int) -> EffectResult:
         estimate=estimate,
         interval=Interval(estimate - reach, estimate + reach),
         effects=(
-            cohens_dz(t, n),
+            dz,
+            hedges_gz(dz, n),
             partial_eta_squared(t * t, 1, n - 1),
             generalised_eta_squared(cells.means),
         ),
         rows=rows,
         participants=cells.participants,
         excluded=cells.excluded,
+        standard_error=error,
     )
 
 
