@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from study.commands import demo, gallery, recover, replay, run, simulate, validate
+from study.commands import demo, gallery, lock, recover, replay, run, simulate, validate
 from study.commands.terminal import report_errors
 
 app = typer.Typer(
@@ -21,6 +21,7 @@ app.command("replay")(replay.replay)
 app.command("recover")(recover.recover)
 app.command("gallery")(gallery.gallery)
 app.command("validate")(validate.validate)
+app.command("lock")(lock.lock)
 
 
 def main() -> None:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from study.commands.composing import check_participant
+from study.commands.composing import check_participant, lock_warning
 from study.commands.terminal import console, errors
 from study.errors import StudyError
 from study.loading import load_protocol
@@ -46,6 +46,8 @@ def run(
 
     require_pygame_ce()
     loaded = load_protocol(protocol)
+    if warning := lock_warning(loaded):
+        errors.print(f"[yellow]{escape(warning)}[/]")
     window_size = parse_size(size)
     if resume:
         if again or order or seed is not None:
