@@ -68,12 +68,13 @@ def reconcile(study: StudyRecordings, rows: Mapping[str, int]) -> list[Count]:
 
 
 def _records(study: StudyRecordings, topics: tuple[str, ...]) -> int:
-    total = 0
-    for session in study.sessions:
-        for topic in topics:
-            blocks = session.recording.columns(topic)
-            total += sum(len(block["sequence"]) for block in blocks)
-    return total
+    if topics == (Timestep.topic,):
+        return sum(
+            len(block["trial_id"])
+            for session in study.sessions
+            for block in session.recording.columns(Timestep.topic)
+        )
+    return sum(1 for session in study.sessions for _ in session.recording.records(*topics))
 
 
 def _robots(study: StudyRecordings) -> int:

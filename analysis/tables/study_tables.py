@@ -22,7 +22,7 @@ from analysis.tables import (
     timing,
     trials,
 )
-from analysis.tables.columns import Table, joined
+from analysis.tables.columns import Column, Table, joined
 from study.errors import StudyError
 
 BUILDERS: Final[dict[str, Callable[[StudyRecordings], Table]]] = {
@@ -66,11 +66,11 @@ class StudyTables:
             StudyError: the sessions' tasks differ in the numbers that make up a state.
         """
         build = BUILDERS[name]
-        first: Table | None = None
+        declared: tuple[Column, ...] | None = None
         for session in self._study.sessions:
             part = build(StudyRecordings((session,), ()))
-            first = first or part
-            if part.columns != first.columns:
+            declared = declared or part.columns
+            if part.columns != declared:
                 raise StudyError(
                     f"the table {name} cannot be pooled: the task of {session.file} has other "
                     "numbers in its states than that of the first session",

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
+import gc
 import io
 import json
+import weakref
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +19,7 @@ from analysis.recordings import StudyRecordings
 from analysis.tables import study_tables
 from analysis.tables.columns import Column, Table
 from analysis.tables.study_tables import BUILDERS, StudyTables
+from analysis.tables.trials import treated_condition
 from study.events.events import Timestep
 
 KIND = {"integer": "i", "number": "f", "boolean": "b"}
@@ -119,7 +123,7 @@ def test_tables_are_built_once_and_only_when_asked(
     fresh = StudyTables(study)
     assert built == []
     assert fresh["sessions"] is fresh["sessions"]
-    assert built == ["sessions"]
+    assert built == ["sessions"] * len(study.sessions)
 
 
 @pytest.mark.parametrize(
@@ -175,3 +179,34 @@ def test_label_counts_simulated_and_gives_seeds(study: StudyRecordings) -> None:
     label = data_label(study)
     assert label.line == "Simulated participants, N = 8, seeds 500 to 507"
     assert dict(label.parameters) == {"attention_tiles": "3", "lapse_rate": "0.02 to 0.027"}
+
+
+@pytest.mark.parametrize("name", sorted(study_tables.LONG_TABLES))
+def test_long_tables_are_held_a_session_at_a_time(study: StudyRecordings, name: str) -> None:
+    """Going through a long table never keeps more than one session's part of it."""
+    seen: list[weakref.ref[Table]] = []
+    for part in StudyTables(study).parts(name):
+        assert part.frame["session"].nunique() == 1
+        seen.append(weakref.ref(part))
+        gc.collect()
+        assert sum(reference() is not None for reference in seen) == 1
+    assert len(seen) == len(study.sessions)
+
+
+def test_what_ran_is_told_from_what_was_assigned(tables: StudyTables) -> None:
+    """In this study every trial of phase three ran as assigned; other phases assign nothing."""
+    trials = tables.frame("trials")
+    three = trials["phase"] == 3
+    ran, assigned = trials["treated"].astype("str"), trials["condition"].astype("str")
+    assert (ran[three] == assigned[three]).all()
+    assert (ran[trials["phase"] < 3] == "").all()
+
+
+def test_an_assisted_trial_without_a_scorer_ran_no_condition(study: StudyRecordings) -> None:
+    """Assigned is what the protocol says; treated is what the allocation and scorer did."""
+    session = study.sessions[0]
+    trial = next(t for t in session.trials.values() if t.allocation == "assisted")
+    assert treated_condition(session, trial) == "assisted"
+    assert treated_condition(session, dataclasses.replace(trial, scorer_id="")) == ""
+    fallen_back = dataclasses.replace(trial, allocation="manual", scorer_id="")
+    assert treated_condition(session, fallen_back) == "manual"
