@@ -11,8 +11,8 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from analysis import formatting
-from analysis.results import StudyResults
 from analysis.plan_status import plan_status
+from analysis.results import StudyResults
 from analysis.sections import (
     checks,
     participants,

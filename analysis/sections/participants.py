@@ -136,9 +136,7 @@ def _notes(session: Session, results: StudyResults) -> list[str]:
     who = session.opened.participant
     rows = results.tables.frame("deviations")
     rows = rows[rows["participant"] == who]
-    notes = [
-        f"{text} ({code})" for code, text in zip(rows["code"], rows["text"], strict=True)
-    ]
+    notes = [f"{text} ({code})" for code, text in zip(rows["code"], rows["text"], strict=True)]
     notes += session.recording.problems
     departed = results.data.departures
     departed = departed[departed["participant"] == who]

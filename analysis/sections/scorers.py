@@ -6,8 +6,8 @@ import dataclasses
 
 from analysis.figures.heat_maps import colour_bar, heat_map_row
 from analysis.figures.score_maps import ScoreMap, score_map, shared_limit
-from analysis.figures.svg import Drawing
 from analysis.figures.scorer_accuracy import Accuracy, accuracy_dots
+from analysis.figures.svg import Drawing
 from analysis.formatting import counted, in_words, listed, number
 from analysis.recordings import Session
 from analysis.results import StudyResults

@@ -93,4 +93,3 @@ def _p(p: float | None) -> str:
     if p is None:
         return ""
     return f"p {p_value(p)}" if p < 0.001 else f"p = {p_value(p)}"
-

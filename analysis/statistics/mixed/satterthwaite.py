@@ -17,11 +17,11 @@ import numpy.typing as npt
 from analysis.statistics.mixed.kenward_roger import FTest
 from analysis.statistics.mixed.reml import (
     Fit,
-    quadratic,
-    trace_with,
     derivatives,
+    quadratic,
     right_multiply,
     theta_places,
+    trace_with,
 )
 
 Floats = npt.NDArray[np.float64]
