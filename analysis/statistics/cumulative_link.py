@@ -130,7 +130,7 @@ def cumulative_link(
     )
     ratio = max(0.0, 2 * (found.log_likelihood - nothing.log_likelihood))
     one = coefficients[0] if len(coefficients) == 1 else None
-    bounds = one and Interval(math.exp(one.interval.low), math.exp(one.interval.high))
+    bounds = Interval(math.exp(one.interval.low), math.exp(one.interval.high)) if one else None
     test = EffectResult(
         name=name,
         formula=formula,
@@ -140,8 +140,8 @@ def cumulative_link(
         df1=len(coefficients),
         df2=None,
         p=float(stats.chi2.sf(ratio, len(coefficients))),
-        estimate=one and one.estimate,
-        interval=one and one.interval,
+        estimate=one.estimate if one else None,
+        interval=one.interval if one else None,
         effects=(EffectSize("odds ratio", math.exp(one.estimate), bounds),) if one else (),
         rows=len(codes),
         participants=people,
@@ -149,7 +149,7 @@ def cumulative_link(
         note=f"Wald z = {one.z:.2f}, p = {one.p:.3g}." if one else "",
         unit="log odds",
         method="likelihood ratio",
-        standard_error=one and one.standard_error,
+        standard_error=one.standard_error if one else None,
         rows_excluded=dropped,
     )
     labels = [f"{categories[j]:g}|{categories[j + 1]:g}" for j in range(cuts)]

@@ -11,8 +11,9 @@ import pandas as pd
 from analysis.statistics.cells import Cells, cell_means
 from analysis.statistics.cumulative_link import CumulativeLink, cumulative_link
 from analysis.statistics.holm import holm
+from analysis.statistics.pairs import SMALLEST_N
 from analysis.statistics.result import EffectResult, Outcome, Refusal
-from analysis.statistics.rm_anova import SMALLEST_N, rm_anova
+from analysis.statistics.rm_anova import rm_anova
 from analysis.statistics.wilcoxon import signed_rank
 
 

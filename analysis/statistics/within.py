@@ -64,7 +64,7 @@ def sphericity(scores: Floats) -> Sphericity:
         return Sphericity(gg, hf, None)
     log_w = float(log_det) - d * float(np.log(trace / d))
     rho = 1 - (2 * d * d + d + 2) / (6 * d * free)
-    w2 = (d + 2) * (d - 1) * (d - 2) * (2 * d**3 + 6 * d**2 + 3 * d + 2)
+    w2 = 1.0 * (d + 2) * (d - 1) * (d - 2) * (2 * d**3 + 6 * d**2 + 3 * d + 2)
     w2 /= 288 * (free * d * rho) ** 2
     z, f = -free * rho * log_w, d * (d + 1) / 2 - 1
     p = float(stats.chi2.sf(z, f))
@@ -108,7 +108,8 @@ def within_anova(
     if refusal is not None:
         return refusal
     sizes = [len(factors[f]) for f in names]
-    error_sum, tested = 0.0, []
+    error_sum = 0.0
+    tested: list[tuple[str, Floats, float, float]] = []
     for size in range(len(names) + 1):
         for chosen in itertools.combinations(range(len(names)), size):
             basis = functools.reduce(np.kron, [

@@ -146,6 +146,8 @@ def mixed_model(
                 f"A mixed model needs at least {SMALLEST_N} participants; the rows hold "
                 f"{len(people)}."
             )
+        if not parsed.random:
+            raise NotEstimableError("The formula has no random term such as (1 | participant).")
         design = build_design(rows, parsed, levels)
     except (FormulaError, NotEstimableError) as problem:
         return Refusal(name, str(problem), formula=formula)
