@@ -131,9 +131,7 @@ def main() -> int:
     given = parser.parse_args()
     count = given.studies or SIZES[given.size]
     started = time.perf_counter()
-    null_seeds, effect_seeds = (
-        s.spawn(count) for s in np.random.SeedSequence(given.seed).spawn(2)
-    )
+    null_seeds, effect_seeds = (s.spawn(count) for s in np.random.SeedSequence(given.seed).spawn(2))
     work = [joblib.delayed(simulate)(0.0, 0.0, seed) for seed in null_seeds]
     work += [joblib.delayed(simulate)(EFFECT, RATING_EFFECT, seed) for seed in effect_seeds]
     found = joblib.Parallel(n_jobs=given.jobs, batch_size=8)(work)

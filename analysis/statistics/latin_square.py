@@ -9,6 +9,7 @@ chapter 5: participants fixed, each term adjusted for the others.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
@@ -44,7 +45,7 @@ class LatinSquare:
 
 def follows_equally(orders: Sequence[Sequence[str]], levels: Sequence[str]) -> bool:
     """Return whether each condition follows each other one equally often, and fills each period."""
-    pairs = Counter(pair for order in orders for pair in zip(order, order[1:], strict=False))
+    pairs = Counter(pair for order in orders for pair in itertools.pairwise(order))
     places = Counter(pair for order in orders for pair in enumerate(order))
     follow = {pairs[a, b] for a in levels for b in levels if a != b}
     fill = {places[place, a] for place in range(len(levels)) for a in levels}
@@ -75,11 +76,13 @@ def latin_square(cells: Cells, orders: Mapping[str, tuple[str, ...]]) -> LatinSq
             reason = f"{who} did not run each condition once: {', '.join(order) or 'no order'}."
             return Refusal(name, reason, cells.excluded)
     parts = _design(run, cells.levels)
-    y = np.array([
-        cells.means[place, cells.levels.index(condition)]
-        for place, order in enumerate(run)
-        for condition in order
-    ])
+    y = np.array(
+        [
+            cells.means[place, cells.levels.index(condition)]
+            for place, order in enumerate(run)
+            for condition in order
+        ]
+    )
     whole = np.column_stack(list(parts.values()))
     df2 = len(y) - int(np.linalg.matrix_rank(whole))
     rss = _residual(whole, y)
@@ -127,9 +130,7 @@ def _design(run: Sequence[tuple[str, ...]], levels: tuple[str, ...]) -> dict[str
     code = {level: deviations[place] for place, level in enumerate(levels)}
     condition = np.array([code[c] for order in run for c in order])
     nothing = np.zeros(k - 1)
-    before = np.array([
-        row for order in run for row in (nothing, *(code[c] for c in order[:-1]))
-    ])
+    before = np.array([row for order in run for row in (nothing, *(code[c] for c in order[:-1]))])
     return {
         "participant": np.kron(np.eye(n), np.ones((k, 1))),
         "period": np.tile(deviations, (n, 1)),

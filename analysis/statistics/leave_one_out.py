@@ -44,9 +44,7 @@ class LeaveOneOut:
     same_sign: bool
 
 
-def leave_one_out(
-    cells: Cells, name: str = "Leaving one participant out"
-) -> LeaveOneOut | Refusal:
+def leave_one_out(cells: Cells, name: str = "Leaving one participant out") -> LeaveOneOut | Refusal:
     """Repeat the paired test without each participant in turn.
 
     Args:

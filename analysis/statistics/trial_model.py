@@ -40,7 +40,7 @@ def trial_model(
     factors = {"condition": tuple(levels)}
     terms, notes = ["condition"], []
     trial = rows["trial"].astype("float64")
-    if trial.nunique() > 1:
+    if trial.max() > trial.min():
         rows = rows.assign(trial=trial - trial.mean())
         terms.append("trial")
     periods = sorted(set(rows["period"])) if "period" in rows.columns else []

@@ -96,9 +96,11 @@ def within_anova(
     """
     names = list(factors)
     joint = [JOINT.join(cell) for cell in itertools.product(*factors.values())]
-    keyed = frame.assign(condition=functools.reduce(
-        lambda left, right: left + JOINT + right, (frame[n].astype(str) for n in names)
-    ))
+    keyed = frame.assign(
+        condition=functools.reduce(
+            lambda left, right: left + JOINT + right, (frame[n].astype(str) for n in names)
+        )
+    )
     cells = cell_means(keyed, value, joint)
     n = cells.n
     if n < SMALLEST_N or not names:
@@ -112,10 +114,13 @@ def within_anova(
     tested: list[tuple[str, Floats, float, float]] = []
     for size in range(len(names) + 1):
         for chosen in itertools.combinations(range(len(names)), size):
-            basis = functools.reduce(np.kron, [
-                contrasts(k) if place in chosen else np.full((k, 1), k**-0.5)
-                for place, k in enumerate(sizes)
-            ])
+            basis = functools.reduce(
+                np.kron,
+                [
+                    contrasts(k) if place in chosen else np.full((k, 1), k**-0.5)
+                    for place, k in enumerate(sizes)
+                ],
+            )
             scores = cells.means @ basis
             mean = scores.mean(axis=0)
             effect, error = n * float(mean @ mean), float(np.sum((scores - mean) ** 2))
@@ -134,26 +139,28 @@ def within_anova(
         epsilon = shape.greenhouse_geisser
         df1, df2 = d * epsilon, d * (n - 1) * epsilon
         note = f"Greenhouse-Geisser epsilon {epsilon:.3f}; without correction p = " if d > 1 else ""
-        results.append(EffectResult(
-            name=f"{name}: {label}",
-            formula=f"{value} ~ {' * '.join(names)}, error: participant x {label}",
-            role="sensitivity",
-            statistic_name="F",
-            statistic=f,
-            df1=df1,
-            df2=df2,
-            p=float(stats.f.sf(f, df1, df2)),
-            estimate=None,
-            interval=None,
-            effects=(
-                partial_eta_squared(f, d, d * (n - 1)),
-                EffectSize("generalised eta squared", effect / (effect + error_sum)),
-            ),
-            rows=cells.means.size,
-            participants=cells.participants,
-            excluded=cells.excluded,
-            note=note and f"{note}{float(stats.f.sf(f, d, d * (n - 1))):.3g}.",
-            method="Greenhouse-Geisser" if d > 1 else "",
-            checks=(shape.mauchly,) if shape.mauchly else (),
-        ))
+        results.append(
+            EffectResult(
+                name=f"{name}: {label}",
+                formula=f"{value} ~ {' * '.join(names)}, error: participant x {label}",
+                role="sensitivity",
+                statistic_name="F",
+                statistic=f,
+                df1=df1,
+                df2=df2,
+                p=float(stats.f.sf(f, df1, df2)),
+                estimate=None,
+                interval=None,
+                effects=(
+                    partial_eta_squared(f, d, d * (n - 1)),
+                    EffectSize("generalised eta squared", effect / (effect + error_sum)),
+                ),
+                rows=cells.means.size,
+                participants=cells.participants,
+                excluded=cells.excluded,
+                note=note and f"{note}{float(stats.f.sf(f, d, d * (n - 1))):.3g}.",
+                method="Greenhouse-Geisser" if d > 1 else "",
+                checks=(shape.mauchly,) if shape.mauchly else (),
+            )
+        )
     return tuple(results)

@@ -281,7 +281,7 @@ def test_balanced_factorial_has_the_error_terms_of_anova() -> None:
     model = mixed_model(frame, formula, FACTORS)
     assert isinstance(model, MixedModel)
     assert not model.singular
-    for factor, levels in FACTORS.items():
+    for factor in FACTORS:
         cells = frame.pivot_table(index="participant", columns=factor, values="y").to_numpy()
         n, k = cells.shape
         centred = cells - cells.mean(axis=1, keepdims=True)
@@ -375,7 +375,10 @@ def test_missing_trials_are_counted_and_used_without() -> None:
         (lambda f: f[f["condition"] == "manual"], "no rows with condition assisted"),
         (lambda f: f.assign(reward=1.0), "do not scatter"),
         (lambda f: f.assign(reward=np.where(f.index == 5, np.inf, f["reward"])), "not finite"),
-        (lambda f: f.groupby("participant").sample(1, random_state=1), "12 rows for 12 groups of participant"),
+        (
+            lambda f: f.groupby("participant").sample(1, random_state=1),
+            "12 rows for 12 groups of participant",
+        ),
         (lambda f: f.assign(tc=1.0), "do not determine the coefficient tc"),
         (lambda f: f.drop(columns="tc"), "no column tc"),
     ],

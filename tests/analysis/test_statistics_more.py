@@ -175,6 +175,7 @@ def test_bayes_factor_equals_the_integral_over_effects(t: float, n: int) -> None
 
     scale = math.sqrt(2) / 2
     if t < 30:
+
         def weighed(d: float) -> float:
             density = stats.nct.pdf(t, n - 1, d * math.sqrt(n)) if d else stats.t.pdf(t, n - 1)
             return float(density * stats.cauchy.pdf(d, 0, scale))
@@ -319,17 +320,22 @@ def test_latin_square_finds_what_was_put_in() -> None:
 
 def test_latin_square_equals_statsmodels() -> None:
     """F of each term equals the comparison of nested models by statsmodels."""
-    from statsmodels.stats.anova import anova_lm
     from statsmodels.formula.api import ols
+    from statsmodels.stats.anova import anova_lm
 
     generator = np.random.default_rng(8)
     orders = {f"P{k:02d}": tuple(WILLIAMS[k % 6]) for k in range(7)}
     means = generator.normal(size=(7, 3))
     cells = Cells(tuple(orders), tuple("abc"), means, np.ones((7, 3), dtype=np.int64))
     rows = [
-        (who, place, c, int(place > 0) * ((order[place - 1] == "a") - (order[place - 1] == "c")),
-         int(place > 0) * ((order[place - 1] == "b") - (order[place - 1] == "c")),
-         means[k, "abc".index(c)])
+        (
+            who,
+            place,
+            c,
+            int(place > 0) * ((order[place - 1] == "a") - (order[place - 1] == "c")),
+            int(place > 0) * ((order[place - 1] == "b") - (order[place - 1] == "c")),
+            means[k, "abc".index(c)],
+        )
         for k, (who, order) in enumerate(orders.items())
         for place, c in enumerate(order)
     ]
