@@ -21,7 +21,7 @@ def hedges_gz(dz: EffectSize, n: int) -> EffectSize:
     log_factor = math.lgamma(df / 2) - math.lgamma((df - 1) / 2) - 0.5 * math.log(df / 2)
     factor = math.exp(log_factor)
     inner = dz.interval
-    interval = inner and Interval(inner.low * factor, inner.high * factor, inner.level)
+    interval = Interval(inner.low * factor, inner.high * factor, inner.level) if inner else None
     return EffectSize("g_z", dz.value * factor, interval)
 
 

@@ -20,9 +20,9 @@ from analysis.statistics.effect_sizes import (
     hedges_gz,
     partial_eta_squared,
 )
+from analysis.statistics.pairs import SMALLEST_N, not_finite
 from analysis.statistics.result import EffectResult, Interval, Outcome, Refusal, Role
-
-SMALLEST_N = 3
+from analysis.statistics.within import contrasts, sphericity
 
 
 def rm_anova(
@@ -42,7 +42,7 @@ def rm_anova(
 
     Returns:
         The result, or a refusal: fewer than three participants, fewer than two
-        conditions, or differences without variance.
+        conditions, means that are not finite, or differences without variance.
     """
     refusal = _degenerate(cells, name)
     if refusal is not None:
@@ -63,6 +63,9 @@ def _degenerate(cells: Cells, name: str) -> Refusal | None:
             f"least {SMALLEST_N}."
         )
         return Refusal(name, reason, cells.excluded)
+    refusal = not_finite(cells, name)
+    if refusal is not None:
+        return refusal
     differences = cells.means[:, 1:] - cells.means[:, :1]
     spread = np.ptp(differences, axis=0)
     scale = np.maximum(np.abs(cells.means).max(), 1.0)
@@ -129,6 +132,7 @@ def _several(cells: Cells, name: str, role: Role, rows: int) -> Outcome:
     if not (math.isfinite(f) and math.isfinite(p)):
         return Refusal(name, "The variance between participants is degenerate.", cells.excluded)
     df1, df2 = (k - 1) * epsilon, (k - 1) * (n - 1) * epsilon
+    mauchly = sphericity(cells.means @ contrasts(k)).mauchly
     return EffectResult(
         name=name,
         formula="mean ~ condition, error: participant x condition",
@@ -148,4 +152,6 @@ def _several(cells: Cells, name: str, role: Role, rows: int) -> Outcome:
         participants=cells.participants,
         excluded=cells.excluded,
         note=f"Degrees of freedom corrected by Greenhouse and Geisser's epsilon, {epsilon:.3f}.",
+        method="Greenhouse-Geisser",
+        checks=(mauchly,) if mauchly else (),
     )

@@ -114,7 +114,9 @@ class Fit:
 def theta_places(blocks: tuple[Block, ...]) -> list[tuple[int, int, int]]:
     """Return (block, row, column) of every entry of theta, in lme4's order."""
     return [
-        (b, i, j) for b, block in enumerate(blocks) for j in range(block.size)
+        (b, i, j)
+        for b, block in enumerate(blocks)
+        for j in range(block.size)
         for i in range(j, block.size)
     ]
 
@@ -178,10 +180,12 @@ def evaluate(theta: Floats, given: Moments, blocks: tuple[Block, ...]) -> Point:
     log_h = float(np.log(np.abs(np.diag(lu))).sum())
     log_x = 2 * float(np.log(np.diag(root)).sum())
     criterion = log_h + log_x + (n - p) * (1 + math.log(2 * math.pi * rss / (n - p)))
-    gradient = np.array([
-        trace_with(zpz, blocks[b], d) - (n - p) * quadratic(u, u, blocks[b], d) / rss
-        for b, d in derivatives(theta, blocks)
-    ])
+    gradient = np.array(
+        [
+            trace_with(zpz, blocks[b], d) - (n - p) * quadratic(u, u, blocks[b], d) / rss
+            for b, d in derivatives(theta, blocks)
+        ]
+    )
     return Point(criterion, gradient, rss, beta, phi, zhz, zhx, zpz, u)
 
 
@@ -206,8 +210,9 @@ def trace_with(matrix: Floats, block: Block, small: Floats) -> float:
 def quadratic(left: Floats, right: Floats, block: Block, small: Floats) -> float:
     """Return left' (I kron small) right over the block's part."""
     shape = (block.groups, block.size)
-    return float(np.sum((left[block.columns].reshape(shape) @ small)
-                        * right[block.columns].reshape(shape)))
+    return float(
+        np.sum((left[block.columns].reshape(shape) @ small) * right[block.columns].reshape(shape))
+    )
 
 
 def fit(given: Moments, blocks: tuple[Block, ...]) -> Fit:

@@ -75,7 +75,9 @@ def satterthwaite(fit: Fit) -> Satterthwaite:
                 second = np.zeros_like(small)
                 second[row, row_c] += 1.0
                 second[row_c, row] += 1.0
-                hessian[i, j] += s2 * (trace_with(zpz, block, second) - quadratic(u, u, block, second))
+                hessian[i, j] += s2 * (
+                    trace_with(zpz, block, second) - quadratic(u, u, block, second)
+                )
     free = given.n - given.p
     hessian[m, m] = 2 * (3 * point.rss / s2 - free) / s2
     slopes.append(2 / s * phi)
