@@ -18,7 +18,7 @@ from study.errors import ProtocolError
 from study.validation import NAME_PATTERN, nearest, validation_problems
 
 Allocation = Literal["manual", "assisted"]
-View = Literal["tiles", "operated_only"]
+View = Literal["tiles", "operated_only", "enlarged"]
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]
 Occasion = Literal["before_reveal", "after_reveal"]
 
@@ -134,7 +134,7 @@ class Condition(_Part):
         if self.allocation == "manual" and self.dwell:
             raise ValueError("a manual condition has no dwell; remove it")
         if self.allocation == "manual" and self.view == "operated_only":
-            raise ValueError('a manual condition shows all robots: use view = "tiles"')
+            raise ValueError('a manual condition shows all robots: view = "tiles" or "enlarged"')
         return self
 
 

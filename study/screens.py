@@ -12,6 +12,8 @@ from typing import Literal
 from study.events.scene import Scene
 from study.events.task_description import RewardTerm
 
+View = Literal["tiles", "operated_only", "enlarged"]
+"""All robots as tiles; the operated one alone; the operated one enlarged beside the tiles."""
 CueKind = Literal["lost", "time_up", "goal", "damage", "stuck", "low", "pack"]
 
 
@@ -66,7 +68,7 @@ class FleetScreen:
         robots: n, visible or not.
         operated: index from 0, -1 if none.
         allocation: "correction", "manual", "suggested", "assisted" or "none".
-        view: "tiles" or "operated_only".
+        view: "tiles", "operated_only" or "enlarged" (the operated robot large beside the tiles).
         suggested: index of the suggested robot, -1 if none.
         dwell_left: fraction of the dwell left, 1 to 0; -1 if there is none.
         switched_ns: session time of the last switch; -1 if none yet.
@@ -88,7 +90,7 @@ class FleetScreen:
     robots: int
     operated: int
     allocation: str
-    view: str
+    view: View
     suggested: int
     dwell_left: float
     switched_ns: int

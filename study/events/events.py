@@ -61,7 +61,7 @@ class TrialStarted(Record):
     robots: int = sfixed32(7, "number of robots, n")
     timesteps: int = sfixed32(8, "planned length", unit="timesteps")
     allocation: str = string(9, '"correction", "manual", "suggested", "assisted" or "none"')
-    view: str = string(10, '"tiles" or "operated_only"')
+    view: str = string(10, '"tiles", "operated_only" or "enlarged"')
     dwell: int = sfixed32(11, "timesteps between automatic switches; 0 if none", unit="timesteps")
     policy_id: str = string(12, 'which policy drives: "uniform_random" or a fit\'s artefact id')
     scorer_id: str = string(13, "which scorer is computed, or empty")

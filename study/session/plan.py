@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from study.events.codes import Phase
 from study.protocol import Condition, Protocol
+from study.screens import View
 
 PHASE_ONE_POLICY = "policy:phase_one"
 UNIFORM_RANDOM = "uniform_random"
@@ -44,7 +45,7 @@ class TrialPlan:
         robots: n.
         timesteps: longest length.
         allocation: "correction", "manual", "assisted" or "none".
-        view: "tiles" or "operated_only".
+        view: "tiles", "operated_only" or "enlarged".
         dwell: timesteps between automatic switches; 0 if none.
         policy_id: what drives.
         scorer_id: which scorer is computed; empty for none.
@@ -59,7 +60,7 @@ class TrialPlan:
     robots: int
     timesteps: int
     allocation: str
-    view: str
+    view: View
     dwell: int
     policy_id: str
     scorer_id: str

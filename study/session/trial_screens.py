@@ -128,7 +128,7 @@ class TrialScreens:
         allocation = self._allocation
         operated = allocation.operated
         states = self._run.now.states.tolist()
-        visible = range(plan.robots) if plan.view == "tiles" else [operated]
+        visible = [operated] if plan.view == "operated_only" else range(plan.robots)
         return FleetScreen(
             heading=self._heading,
             trial=plan.trial,

@@ -83,7 +83,7 @@ class FleetOperator:
             self.noticed = (own.robot,)
             self._memory.look(plan, own, now_ns)
             experience.see_ending(own)
-        if screen.allocation in {"manual", "suggested"} and screen.view == "tiles":
+        if screen.allocation in {"manual", "suggested"} and screen.view != "operated_only":
             strokes += self._choose(plan, screen, experience, now_ns)
         # Once a number is pressed, the hand waits for the new robot.
         if own is None or self._pressed or now_ns < self._oriented_ns:
