@@ -29,6 +29,9 @@ def run(
     seed: Annotated[int | None, typer.Option(min=0, max=2**63 - 1, help="Session seed.")] = None,
     size: Annotated[str, typer.Option(help="Window size, such as 1280x960.")] = "",
     fullscreen: Annotated[bool, typer.Option("--fullscreen", help="Fill the screen.")] = False,  # noqa: FBT002
+    ui_scale: Annotated[
+        float, typer.Option(help="Text 1 to 2 times the size that suits the window.")
+    ] = 1.0,
     again: Annotated[  # noqa: FBT002
         bool, typer.Option("--again", help="Allow a participant who has a recording.")
     ] = False,
@@ -43,10 +46,12 @@ def run(
         resume_session,
         run_session,
     )
+    from study.shell.window import check_ui_scale  # noqa: PLC0415
 
     require_pygame_ce()
     loaded = load_protocol(protocol)
     window_size = parse_size(size)
+    check_ui_scale(ui_scale)
     if resume:
         if again or order or seed is not None:
             raise StudyError(
@@ -60,7 +65,7 @@ def run(
             "going on at the last stage entered. Escape pauses."
         )
         paths, complete = resume_session(
-            loaded, boundary, output, size=window_size, fullscreen=fullscreen
+            loaded, boundary, output, size=window_size, fullscreen=fullscreen, ui_scale=ui_scale
         )
     else:
         assignment = assign(loaded, participant, output, order=order, seed=seed, again=again)
@@ -69,7 +74,7 @@ def run(
             f"order {' then '.join(assignment.order)}. Escape pauses."
         )
         paths, complete = run_session(
-            loaded, assignment, output, size=window_size, fullscreen=fullscreen
+            loaded, assignment, output, size=window_size, fullscreen=fullscreen, ui_scale=ui_scale
         )
     for path in paths:
         console.print(f"Recorded in {escape(str(path))}")

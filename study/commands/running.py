@@ -93,6 +93,7 @@ def run_session(
     *,
     size: tuple[int, int] | None,
     fullscreen: bool,
+    ui_scale: float = 1.0,
 ) -> tuple[list[Path], bool]:
     """Run a session in a window.
 
@@ -105,7 +106,8 @@ def run_session(
     opened = session_opened(loaded, assignment)
     # The writer starts before anything that could take the study down, and ends last.
     recorder = start_failover_recorder(folder, loaded, opened)
-    return _run(loaded, recorder, _Beginning(lambda _: opened), size=size, fullscreen=fullscreen)
+    beginning = _Beginning(lambda _: opened)
+    return _run(loaded, recorder, beginning, size=size, fullscreen=fullscreen, ui_scale=ui_scale)
 
 
 def resume_session(
@@ -115,6 +117,7 @@ def resume_session(
     *,
     size: tuple[int, int] | None,
     fullscreen: bool,
+    ui_scale: float = 1.0,
 ) -> tuple[list[Path], bool]:
     """Go on with a session in a window, from a boundary; see `run_session`."""
     end = find_end(boundary.recording)
@@ -132,7 +135,7 @@ def resume_session(
         fits=boundary.fits,
         start_ns=end.t_ns + 1,
     )
-    return _run(loaded, recorder, beginning, size=size, fullscreen=fullscreen)
+    return _run(loaded, recorder, beginning, size=size, fullscreen=fullscreen, ui_scale=ui_scale)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -159,6 +162,7 @@ def _run(
     *,
     size: tuple[int, int] | None,
     fullscreen: bool,
+    ui_scale: float = 1.0,
 ) -> tuple[list[Path], bool]:
     with ExitStack() as stack:
         stack.callback(_close, recorder, recorder.sent_sequence)
@@ -168,7 +172,9 @@ def _run(
             fleet.add_artefact(fit.artefact_id, fit.kind, fit.algorithm, fit.weights)
         fitter = stack.enter_context(closing(ProcessFitter(loaded.description)))
         title = loaded.protocol.study.title
-        window = stack.enter_context(closing(Window(size, fullscreen=fullscreen, caption=title)))
+        window = stack.enter_context(
+            closing(Window(size, fullscreen=fullscreen, ui_factor=ui_scale, caption=title))
+        )
         session, clock = beginning.session, LiveClock(beginning.start_ns)
         conductor = Conductor(
             session, recorder, fleet, fitter, epoch_ns=clock.epoch_ns, waits_for_disk=True

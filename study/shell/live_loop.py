@@ -24,6 +24,7 @@ from study.events.shell import ClockPair, DisplayOpened, FrameIntervals, Note, W
 from study.recording.failover import FailoverRecorder
 from study.screens import Screen
 from study.shell.conductor import Conductor
+from study.shell.punctuality import Punctuality
 from study.shell.raw_inputs import RawClose, RawFocus, RawInput, RawKey, RawPointer
 from study.shell.window import Window
 
@@ -71,11 +72,14 @@ class LiveLoop:
         self._last_frame_ns = -1
         self._next_pair_ns = 0
         self._next_health_ns = 0
+        self._period_ns = round(SECOND / window.refresh_hz)
+        self._trial_id = conductor.trial_id
+        self._punctuality = Punctuality(self._period_ns)
 
     def run(self) -> None:
         """Run to the end of the session."""
         window, clock = self._window, self._clock
-        period = round(SECOND / window.refresh_hz)
+        period = self._period_ns
         self._conductor.observe(
             DisplayOpened(
                 t_ns=clock.now(),
@@ -94,6 +98,7 @@ class LiveLoop:
                 self._conductor.collect(clock.now)
                 self._step_clock()
                 now = clock.now()
+                self._note_trial(now)
                 if now >= next_frame:
                     self._draw(now)
                     next_frame += period * max(1, -(-(now - next_frame) // period))
@@ -104,7 +109,19 @@ class LiveLoop:
                     # An answer may be awaited: look again soon.
                     busy = self._conductor.fleet_pending or self._conductor.fit_pending
                     window.wait(min(remaining, 2_000_000 if busy else remaining) / SECOND)
+        self._note_trial(clock.now())
         self._flush_frames(clock.now())
+
+    def _note_trial(self, now: int) -> None:
+        """When a fleet run begins or ends, state how punctual the one before was."""
+        trial_id = self._conductor.trial_id
+        if trial_id == self._trial_id:
+            return
+        self._flush_frames(now)
+        if self._trial_id >= 0:
+            self._conductor.observe(self._punctuality.summary(now, self._trial_id))
+        self._trial_id = trial_id
+        self._punctuality = Punctuality(self._period_ns)
 
     def _watch_recording(self) -> None:
         """If the writer failed, stand still until another has all that waited."""
@@ -121,7 +138,9 @@ class LiveLoop:
         if self._quit_reason:
             reason, self._quit_reason = self._quit_reason, ""
             self._conductor.feed(QuitRequested(self._clock.now(), reason))
-        for raw in self._window.poll():
+        taken = self._window.poll()
+        self._punctuality.poll(self._clock.now())
+        for raw in taken:
             if self._conductor.finished:
                 return
             self._conductor.feed(self._stamped(raw))
@@ -143,6 +162,7 @@ class LiveLoop:
         rate = pace.timesteps_per_second
         if conductor.pace_changed:
             conductor.pace_changed = False
+            self._punctuality.stood_still()
             self._next_due_ns = clock.now() + round(SECOND / rate) if rate else 0
         if not rate or conductor.finished:
             return
@@ -155,6 +175,7 @@ class LiveLoop:
             late = now - self._next_due_ns
             # A stall is not caught up with a burst: the steps between are not run.
             self._next_due_ns += period * (1 + late // period)
+            self._punctuality.timestep(now)
             conductor.feed(TimestepDue(now, late))
 
     def _hurry(self) -> None:
@@ -181,6 +202,7 @@ class LiveLoop:
         shown_ns = self._clock.now()
         if self._last_frame_ns >= 0:
             self._frames.append(shown_ns - self._last_frame_ns)
+            self._punctuality.frame(shown_ns - self._last_frame_ns)
         self._last_frame_ns = shown_ns
 
     def _observe(self, now: int) -> None:
@@ -201,7 +223,7 @@ class LiveLoop:
     def _flush_frames(self, now: int) -> None:
         if self._frames:
             intervals = np.array(self._frames, dtype=np.float64) / SECOND
-            self._conductor.observe(FrameIntervals(now, self._conductor.trial_id, intervals))
+            self._conductor.observe(FrameIntervals(now, self._trial_id, intervals))
             self._frames.clear()
 
     @contextmanager

@@ -7,13 +7,14 @@ from itertools import pairwise
 
 import pygame
 
+from study.messages import noted
 from study.screens import SurveyItem, SurveyScreen
 from study.shell.drawing import chrome, marks, palette
 from study.shell.drawing.canvas import Canvas
 
 CONTENT_WIDTH = 1040
 CARD_HEIGHT = 280
-ACTION = "to confirm"
+ACTION = noted("to confirm")
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -83,7 +84,7 @@ def _card_place(canvas: Canvas, item: SurveyItem, card: pygame.Rect) -> CardPlac
 
 def _button(canvas: Canvas) -> pygame.Rect:
     right = canvas.size[0] - chrome.content_margin(canvas, CONTENT_WIDTH)
-    return chrome.button_rect(canvas, ACTION, right, chrome.footer_rect(canvas).centery)
+    return chrome.button_rect(canvas, canvas.say(ACTION), right, chrome.footer_rect(canvas).centery)
 
 
 def targets(canvas: Canvas, screen: SurveyScreen) -> list[tuple[str, pygame.Rect]]:
@@ -208,24 +209,25 @@ def _draw_status(
                      align="centre", width=place.card.width - u(40))  # fmt: skip
         return
     if item.value is not None:
-        text = f"You chose {item.value}. You can still change it."
+        text = canvas.say("You chose {number}. You can still change it.", number=item.value)
     elif focused:
-        text = f"Press a number from {item.low} to {item.high}."
+        text = canvas.say("Press a number from {low} to {high}.", low=item.low, high=item.high)
     else:
-        text = "Not answered yet"
-    canvas.write(text, x, y, u(19), colour=palette.SECONDARY, align="centre")
+        text = canvas.say("Not answered yet")
+    canvas.write(text, x, y, u(19), colour=palette.SECONDARY, align="centre",
+                 width=place.card.width - u(40))  # fmt: skip
 
 
 def _draw_footer(canvas: Canvas, screen: SurveyScreen, margin: int) -> None:
     u = canvas.u
     footer = chrome.draw_footer_ground(canvas)
     low, high = (screen.items[0].low, screen.items[0].high) if screen.items else (1, 7)
-    hints = [(f"{low}–{high}", "answer"), ("← →", "move")]
+    hints = [(f"{low}–{high}", canvas.say("answer")), ("← →", canvas.say("move"))]
     if len(screen.items) > 1:
-        hints.append(("Tab", "next question"))
-    x = margin
-    for label, word in hints:
-        x += chrome.draw_keys(canvas, label, word, x, footer.centery, u(36), u(19)) + u(26)
-    canvas.write("or use the mouse", x, footer.centery, u(19), colour=palette.SECONDARY)
+        hints.append(("Tab", canvas.say("next question")))
+    right = _button(canvas).left - u(24)
+    chrome.draw_hints(canvas, hints, canvas.say("or use the mouse"), margin, right, footer.centery)
     focus = screen.focus >= len(screen.items)
-    chrome.draw_button(canvas, _button(canvas), ACTION, ready=screen.complete, focus=focus)
+    chrome.draw_button(
+        canvas, _button(canvas), canvas.say(ACTION), ready=screen.complete, focus=focus
+    )
