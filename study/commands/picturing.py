@@ -8,6 +8,7 @@ from pathlib import Path
 import pygame
 
 from study.commands.composing import session_opened
+from study.commands.recorded_scorers import recorded_weights
 from study.commands.simulating import simulated_assignments
 from study.errors import StudyError
 from study.events.fields import Record
@@ -87,7 +88,7 @@ def draw_gallery(loaded: LoadedProtocol, folder: Path, size: tuple[int, int]) ->
         Session(),
         _NoRecorder(),
         fleet,
-        InlineFitter(loaded.description),
+        InlineFitter(loaded.description, recorded_weights(loaded)),
         epoch_ns=0,
         waits_for_disk=False,
         on_show=album.keep,

@@ -9,6 +9,7 @@ import typer
 from rich.markup import escape
 
 from study.commands.composing import check_participant
+from study.commands.recorded_scorers import parse_overrides
 from study.commands.terminal import console, errors
 from study.errors import StudyError
 from study.loading import load_protocol
@@ -32,6 +33,10 @@ def run(
     again: Annotated[  # noqa: FBT002
         bool, typer.Option("--again", help="Allow a participant who has a recording.")
     ] = False,
+    scorer: Annotated[
+        list[str] | None,
+        typer.Option(help="NAME=PATH: take a recorded scorer from that recording."),
+    ] = None,
     resume: Annotated[  # noqa: FBT002
         bool, typer.Option("--resume", help="Go on with a session that broke off.")
     ] = False,
@@ -47,6 +52,7 @@ def run(
     require_pygame_ce()
     loaded = load_protocol(protocol)
     window_size = parse_size(size)
+    scorers = parse_overrides(scorer or [])
     if resume:
         if again or order or seed is not None:
             raise StudyError(
@@ -60,7 +66,7 @@ def run(
             "going on at the last stage entered. Escape pauses."
         )
         paths, complete = resume_session(
-            loaded, boundary, output, size=window_size, fullscreen=fullscreen
+            loaded, boundary, output, size=window_size, fullscreen=fullscreen, scorers=scorers
         )
     else:
         assignment = assign(loaded, participant, output, order=order, seed=seed, again=again)
@@ -69,10 +75,13 @@ def run(
             f"order {' then '.join(assignment.order)}. Escape pauses."
         )
         paths, complete = run_session(
-            loaded, assignment, output, size=window_size, fullscreen=fullscreen
+            loaded, assignment, output, size=window_size, fullscreen=fullscreen, scorers=scorers
         )
     for path in paths:
         console.print(f"Recorded in {escape(str(path))}")
+    if not paths:
+        errors.print("[yellow]No recording: the participant declined, or had it erased.[/]")
+        raise typer.Exit(3)
     if not complete:
         errors.print("[yellow]The session was ended early; the recording holds what there was.[/]")
         raise typer.Exit(3)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack, closing
 from pathlib import Path
 
@@ -17,6 +17,8 @@ from study.commands.composing import (
     session_opened,
     start_failover_recorder,
 )
+from study.commands.consenting import Given, ask_for_consent, erase
+from study.commands.recorded_scorers import recorded_weights
 from study.commands.resuming import (
     Boundary,
     RestoredFit,
@@ -93,19 +95,52 @@ def run_session(
     *,
     size: tuple[int, int] | None,
     fullscreen: bool,
+    scorers: Mapping[str, str] | None = None,
 ) -> tuple[list[Path], bool]:
     """Run a session in a window.
 
+    Args:
+        loaded: the protocol.
+        assignment: who and how.
+        folder: where the recording goes.
+        size: of the window, pixels.
+        fullscreen: whether it fills the screen.
+        scorers: scorers' names to recordings of other participants.
+
     Returns:
-        The recording, one file a part, and whether every stage was passed.
+        The recording, one file a part, and whether every stage was passed. There is no file if
+        the participant declined, or had the recording erased.
 
     Raises:
         RecordingFailedError: it could not be recorded to its end.
     """
-    opened = session_opened(loaded, assignment)
+    recorded = recorded_weights(loaded, scorers)
+    given, window = Given(), None
+    if loaded.protocol.consent:
+        # Nothing may be written before it, so the window opens before the writer starts.
+        window = Window(size, fullscreen=fullscreen, caption=loaded.protocol.study.title)
+        answer = _asked(loaded, window, folder)
+        if answer is None:
+            return [], False
+        given = answer
+    opened = session_opened(
+        loaded, assignment, consent_sha256=given.sha256, consented_utc=given.utc
+    )
     # The writer starts before anything that could take the study down, and ends last.
     recorder = start_failover_recorder(folder, loaded, opened)
-    return _run(loaded, recorder, _Beginning(lambda _: opened), size=size, fullscreen=fullscreen)
+    beginning = _Beginning(lambda _: opened, recorded=recorded, window=window, folder=folder)
+    return _run(loaded, recorder, beginning, size=size, fullscreen=fullscreen)
+
+
+def _asked(loaded: LoadedProtocol, window: Window, folder: Path) -> Given | None:
+    """Ask for consent; the window stays open only if it is given."""
+    answer = None
+    try:
+        answer = ask_for_consent(loaded, window, folder)
+    finally:
+        if answer is None:
+            window.close()
+    return answer
 
 
 def resume_session(
@@ -115,8 +150,10 @@ def resume_session(
     *,
     size: tuple[int, int] | None,
     fullscreen: bool,
+    scorers: Mapping[str, str] | None = None,
 ) -> tuple[list[Path], bool]:
     """Go on with a session in a window, from a boundary; see `run_session`."""
+    recorded = recorded_weights(loaded, scorers)
     end = find_end(boundary.recording)
     recorder = start_failover_recorder(
         folder,
@@ -131,6 +168,9 @@ def resume_session(
         session=boundary.session,
         fits=boundary.fits,
         start_ns=end.t_ns + 1,
+        recorded=recorded,
+        folder=folder,
+        earlier=tuple(part.path for part in boundary.recording.parts),
     )
     return _run(loaded, recorder, beginning, size=size, fullscreen=fullscreen)
 
@@ -144,12 +184,20 @@ class _Beginning:
         session: as it is before that.
         fits: what the fleet must know already.
         start_ns: the session's time at the start.
+        recorded: weights of other participants' scorers, by artefact id.
+        window: open already, if consent was asked for in it.
+        folder: where the recordings are.
+        earlier: files of the session that were finished before.
     """
 
     first_input: Callable[[int], Input]
     session: Session = dataclasses.field(default_factory=Session)
     fits: tuple[RestoredFit, ...] = ()
     start_ns: int = 0
+    recorded: Mapping[str, bytes] = dataclasses.field(default_factory=dict)
+    window: Window | None = None
+    folder: Path = Path()
+    earlier: tuple[Path, ...] = ()
 
 
 def _run(
@@ -166,16 +214,23 @@ def _run(
         fleet = stack.enter_context(closing(open_fleet(task.name, task.parameters)))
         for fit in beginning.fits:
             fleet.add_artefact(fit.artefact_id, fit.kind, fit.algorithm, fit.weights)
-        fitter = stack.enter_context(closing(ProcessFitter(loaded.description)))
+        fitter = stack.enter_context(closing(ProcessFitter(loaded.description, beginning.recorded)))
         title = loaded.protocol.study.title
-        window = stack.enter_context(closing(Window(size, fullscreen=fullscreen, caption=title)))
+        window = stack.enter_context(
+            closing(beginning.window or Window(size, fullscreen=fullscreen, caption=title))
+        )
         session, clock = beginning.session, LiveClock(beginning.start_ns)
         conductor = Conductor(
             session, recorder, fleet, fitter, epoch_ns=clock.epoch_ns, waits_for_disk=True
         )
         conductor.feed(beginning.first_input(clock.now()))
         LiveLoop(conductor, window, recorder, clock).run()
-    return recorder.close(), session.complete
+    paths = recorder.close()
+    if conductor.erase_asked:
+        study = loaded.protocol.study.name
+        erase([*beginning.earlier, *paths], beginning.folder, study)
+        return [], False
+    return paths, session.complete
 
 
 def _close(recorder: FailoverRecorder, before: int) -> None:

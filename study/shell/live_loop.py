@@ -18,13 +18,23 @@ from study.events.inputs import (
     QuitRequested,
     RecordingInterrupted,
     RecordingRestored,
+    TextTyped,
     TimestepDue,
+    WindowChanged,
 )
 from study.events.shell import ClockPair, DisplayOpened, FrameIntervals, Note, WriterHealth
 from study.recording.failover import FailoverRecorder
 from study.screens import Screen
 from study.shell.conductor import Conductor
-from study.shell.raw_inputs import RawClose, RawFocus, RawInput, RawKey, RawPointer
+from study.shell.raw_inputs import (
+    RawClose,
+    RawFocus,
+    RawInput,
+    RawKey,
+    RawPointer,
+    RawText,
+    RawWindow,
+)
 from study.shell.window import Window
 
 SECOND = 1_000_000_000
@@ -134,6 +144,10 @@ class LiveLoop:
             return PointerPressed(t_ns, raw.x, raw.y, raw.target, raw.poll_gap_ns)
         if isinstance(raw, RawFocus):
             return FocusChanged(t_ns, raw.focused)
+        if isinstance(raw, RawText):
+            return TextTyped(t_ns, raw.text)
+        if isinstance(raw, RawWindow):
+            return WindowChanged(t_ns, raw.change, raw.width, raw.height)
         assert isinstance(raw, RawClose)  # noqa: S101 - the union has no other member
         return QuitRequested(t_ns, "window closed")
 

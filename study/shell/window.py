@@ -13,12 +13,20 @@ from collections import deque
 import pygame
 
 from study.errors import StudyError
-from study.screens import Screen
+from study.screens import Screen, SurveyScreen
 from study.shell.drawing.lettering import clear_fonts
 from study.shell.drawing.renderer import Renderer
 from study.shell.keyboard import key_name
 from study.shell.pygame_check import require_pygame_ce
-from study.shell.raw_inputs import RawClose, RawFocus, RawInput, RawKey, RawPointer
+from study.shell.raw_inputs import (
+    RawClose,
+    RawFocus,
+    RawInput,
+    RawKey,
+    RawPointer,
+    RawText,
+    RawWindow,
+)
 
 SMALLEST = (1280, 720)
 WATCHED = (
@@ -28,9 +36,19 @@ WATCHED = (
     pygame.WINDOWFOCUSGAINED,
     pygame.WINDOWFOCUSLOST,
     pygame.WINDOWEXPOSED,
+    pygame.WINDOWSIZECHANGED,
+    pygame.WINDOWMINIMIZED,
+    pygame.WINDOWRESTORED,
+    pygame.TEXTINPUT,
     pygame.QUIT,
 )
 DEFAULT_REFRESH_HZ = 60.0
+
+CHANGES = {
+    pygame.WINDOWSIZECHANGED: "resized",
+    pygame.WINDOWMINIMIZED: "minimised",
+    pygame.WINDOWRESTORED: "restored",
+}
 
 UNSEEN_DRIVERS = ("offscreen", "dummy", "evdev")
 """SDL falls back to these without a word where there is no display."""
@@ -93,6 +111,8 @@ class Window:
         self.fullscreen = fullscreen
         self._renderer = Renderer(self.size, ui_factor)
         self._screen: Screen | None = None
+        self._text_input = False
+        self._ui_factor = ui_factor
         self._last_poll_ns = time.perf_counter_ns()
         self._waiting: deque[pygame.event.Event] = deque()
         pygame.key.set_repeat()
@@ -129,6 +149,12 @@ class Window:
     def show(self, screen: Screen) -> None:
         """Show a screen from the next picture on."""
         self._screen = screen
+        takes_text = _takes_text(screen)
+        if takes_text and not self._text_input:
+            pygame.key.start_text_input()
+        elif self._text_input and not takes_text:
+            pygame.key.stop_text_input()
+        self._text_input = takes_text
 
     def draw(self, now_ns: int) -> None:
         """Draw the screen as it is at a session time, and put it on the display."""
@@ -173,6 +199,30 @@ class Window:
             return RawPointer(float(x), float(y), target, now, gap)
         if event.type in (pygame.WINDOWFOCUSGAINED, pygame.WINDOWFOCUSLOST):
             return RawFocus(event.type == pygame.WINDOWFOCUSGAINED, now, gap)
+        if event.type == pygame.TEXTINPUT:
+            return RawText(event.text, now, gap) if self._text_input else None
+        if event.type in CHANGES:
+            return self._changed(CHANGES[event.type], now, gap)
         if event.type == pygame.QUIT:
             return RawClose(now, gap)
         return None
+
+    def _changed(self, change: str, now: int, gap: int) -> RawInput | None:
+        """Draw at the new size from now on; the size that the window opens with is no change."""
+        size = pygame.display.get_window_size()
+        if change == "resized":
+            if size == self.size:
+                return None
+            self._surface = pygame.display.get_surface() or self._surface
+            self.size = self._surface.get_size()
+            self._renderer = Renderer(self.size, self._ui_factor)
+        return RawWindow(change, *size, now, gap)
+
+
+def _takes_text(screen: Screen) -> bool:
+    """Whether the question in focus is answered by typing words."""
+    return (
+        isinstance(screen, SurveyScreen)
+        and screen.focus < len(screen.items)
+        and screen.items[screen.focus].kind == "text"
+    )

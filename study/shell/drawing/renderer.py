@@ -5,6 +5,9 @@ from __future__ import annotations
 import pygame
 
 from study.screens import (
+    BreakScreen,
+    ConsentScreen,
+    CountdownScreen,
     EndScreen,
     FleetScreen,
     PageScreen,
@@ -14,7 +17,7 @@ from study.screens import (
     SurveyScreen,
     WaitScreen,
 )
-from study.shell.drawing import fleet, page, reveal, simple, survey
+from study.shell.drawing import consenting, fleet, page, pausing, reveal, simple, survey, waiting
 from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.motion import Motion
 
@@ -53,6 +56,14 @@ class Renderer:
             case FleetScreen():
                 self._motion.observe(screen)
                 fleet.draw(canvas, screen, self._motion, now_ns)
+            case CountdownScreen():
+                self._motion.observe(screen.fleet)
+                fleet.draw(canvas, screen.fleet, self._motion, now_ns)
+                waiting.draw_countdown(canvas, screen)
+            case BreakScreen():
+                waiting.draw_break(canvas, screen)
+            case ConsentScreen():
+                consenting.draw(canvas, screen)
             case PageScreen():
                 page.draw(canvas, screen)
             case SurveyScreen():
@@ -62,7 +73,7 @@ class Renderer:
             case WaitScreen():
                 simple.draw_wait(canvas, screen, now_ns)
             case PauseScreen():
-                simple.draw_pause(canvas, screen)
+                pausing.draw(canvas, screen)
             case EndScreen():
                 simple.draw_end(canvas, screen)
 
@@ -72,6 +83,12 @@ class Renderer:
         match screen:
             case FleetScreen():
                 return fleet.targets(canvas, screen)
+            case CountdownScreen():
+                return fleet.targets(canvas, screen.fleet)
+            case BreakScreen():
+                return waiting.break_targets(canvas, screen)
+            case ConsentScreen():
+                return consenting.targets(canvas, screen)
             case PageScreen():
                 return page.targets(canvas, screen)
             case SurveyScreen():
@@ -79,7 +96,7 @@ class Renderer:
             case RevealScreen():
                 return reveal.targets(canvas, screen)
             case PauseScreen():
-                return simple.pause_targets(canvas, screen)
+                return pausing.targets(canvas, screen)
             case EndScreen():
                 return simple.end_targets(canvas, screen)
             case _:
@@ -90,7 +107,7 @@ class Renderer:
 
         Returns:
             "robot:3" (index from 0), "answer:q1:5", "focus:q1", "confirm", "back", "continue",
-            "stop", or "" for nothing.
+            "stop", "erase", "agree", "decline", or "" for nothing.
         """
         for target, place in reversed(self.targets(screen)):
             if place.collidepoint(x, y):
