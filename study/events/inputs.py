@@ -50,7 +50,6 @@ class SessionOpened(Record):
     )
     consent_sha256: str = string(16, "SHA-256 of the text agreed to, hexadecimal; empty if none")
     consented_utc: str = string(17, "wall time of agreeing, ISO 8601, UTC; empty if none")
-    catalogue_json: str = string(18, "translations in use: text to text, JSON object")
 
 
 @record("input", "key_changed")
