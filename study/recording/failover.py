@@ -32,10 +32,12 @@ TOO_FAST = "records come faster than the disk takes them"
 ATTEMPTS = 3
 """Parts begun in a row, none of which gets what waited to the disk, before it is given up."""
 
+SILENCE_S = 5.0
+"""Seconds without any progress after which a writer that is waited for is given up. The session
+stands still meanwhile; on a machine that is only busy, its part goes on afterwards."""
+
 PART_START_TIMEOUT = 20.0
-SETTLE_TIMEOUT = 10.0
-"""Seconds for a later part to be made, and to bring what waited to the disk. The participant waits
-meanwhile, which is better than a session lost because its machine was busy."""
+"""Seconds for a later part to be made: better than a session lost because its machine was busy."""
 
 _SLICE_S = 0.05
 
@@ -186,8 +188,8 @@ class FailoverRecorder:
     def begin_part(self, reason: str) -> int:
         """Begin a part with a fresh writer and bring all that waited to the disk.
 
-        If the writer works and the disk is only slow, it is waited for, and the part goes on.
-        Nothing is done if a part was begun already, within `ensure_durable`.
+        If the writer lives it is waited for first: when it or the disk was only slow, the part
+        goes on. Nothing is done if this was done already, within `ensure_durable`.
 
         Args:
             reason: what `check` said.
@@ -201,7 +203,7 @@ class FailoverRecorder:
         """
         if self._untold:
             self._untold = ""
-        elif reason != TOO_FAST or not self._recorder.ensure_durable(SETTLE_TIMEOUT):
+        elif not self._comes_round():
             self._fail_over(reason)
         return self._part
 
@@ -220,7 +222,8 @@ class FailoverRecorder:
         while not self._recorder.ensure_durable(_SLICE_S):
             fault = self.check(time.perf_counter_ns()) if not self._untold else self._fault_again()
             if fault:
-                self._fail_over(fault)
+                if not self._comes_round():
+                    self._fail_over(fault)
                 self._untold = fault
             elif time.monotonic() > deadline:
                 return False
@@ -290,7 +293,7 @@ class FailoverRecorder:
             except StudyError as error:
                 self._part -= 1
                 raise self._lost(reason, error.hint, f" No other part: {error.message}.") from error
-            if self._settled():
+            if self._comes_round():
                 return
             reason = self._recorder.report.cause[0] or reason
         hint = self._recorder.report.cause[1]
@@ -310,11 +313,15 @@ class FailoverRecorder:
             )
         return kept
 
-    def _settled(self) -> bool:
-        """Wait for what was sent again to reach the disk, as long as the writer gets on."""
-        deadline = time.monotonic() + SETTLE_TIMEOUT
+    def _comes_round(self) -> bool:
+        """Wait for what waits to reach the disk, as long as the writer gets on."""
+        reached, since = self._recorder.durable_sequence, time.monotonic()
         while not self._recorder.ensure_durable(_SLICE_S):
-            if self._recorder.failure is not None or time.monotonic() > deadline:
+            if self._recorder.failure is not None:
+                return False
+            if self._recorder.durable_sequence > reached:
+                reached, since = self._recorder.durable_sequence, time.monotonic()
+            elif time.monotonic() - since > SILENCE_S:
                 return False
         self._checked_ns = time.perf_counter_ns()
         return True

@@ -68,12 +68,11 @@ def check(path: Path, sent: list[tuple[str, bool]], report: Path) -> None:
 def test_smoke_protocol_by_real_events(tmp_path: Path, mouse: bool) -> None:
     """Every stage is passed, each key sent is recorded in order, and a report is built."""
     folder = tmp_path / "recordings"
-    path, sent = run_session("protocols/smoke.toml", folder, mouse=mouse, timeout_s=600)
+    path, sent = run_session("protocols/smoke.toml", folder, mouse=mouse, timeout_s=PATIENCE_S)
     check(path, sent, tmp_path / "report")
 
 
 @pytest.mark.acceptance
-@pytest.mark.timeout(1800)
 def test_pilot_protocol_by_real_events(tmp_path: Path) -> None:
     """The ten-minute pilot is driven from welcome to thanks in real time."""
     folder = tmp_path / "recordings"

@@ -51,7 +51,6 @@ def kill_in_phase_three(study: subprocess.Popen[bytes], folder: Path) -> None:
         time.sleep(0.1)
 
 
-@pytest.mark.timeout(400)
 def test_killed_session_is_resumed_by_real_events(tmp_path: Path) -> None:
     """After SIGKILL in phase three the session goes on in part 2, and is whole in the end."""
     with x_server() as display:
@@ -60,7 +59,7 @@ def test_killed_session_is_resumed_by_real_events(tmp_path: Path) -> None:
         killer = threading.Thread(target=kill_in_phase_three, args=(study, tmp_path))
         killer.start()
         try:
-            Participant(hands, tmp_path, study, mouse=False, seed=1).run(600)
+            Participant(hands, tmp_path, study, mouse=False, seed=1).run(PATIENCE_S)
         finally:
             study.kill()
             killer.join()
@@ -68,7 +67,7 @@ def test_killed_session_is_resumed_by_real_events(tmp_path: Path) -> None:
 
         study = start(display, tmp_path, "--resume")
         try:
-            Participant(hands, tmp_path, study, mouse=False, seed=2, part=2).run(600)
+            Participant(hands, tmp_path, study, mouse=False, seed=2, part=2).run(PATIENCE_S)
         finally:
             study.terminate()
             status = study.wait(PATIENCE_S)

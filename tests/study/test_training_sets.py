@@ -92,7 +92,7 @@ def operate(shell: FakeShell, presses: list[str]) -> None:
         shell.help()
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     seed=st.integers(0, 1000),
     presses=st.lists(

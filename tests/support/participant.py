@@ -8,6 +8,7 @@ from __future__ import annotations
 import random
 import subprocess
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 import pygame
@@ -15,6 +16,7 @@ import pygame
 from patience import PATIENCE_S
 from study.errors import StudyError
 from study.events.events import (
+    Deviation,
     FitApplied,
     SessionEnded,
     StageEntered,
@@ -32,11 +34,53 @@ TOPICS = (
     "event/trial_ended",
     "event/fit_applied",
     "event/session_ended",
+    "event/deviation",
 )
 
 
 PHASE_FOUR = 4
 """The robots drive on their own: there is nothing to press."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a session has got.
+
+    Attributes:
+        stage: the present one, if there is one yet.
+        running: whether its trial runs.
+        interruptions: how often the recording was interrupted, which pauses the session.
+        ended: whether the session ended.
+    """
+
+    stage: StageEntered | None = None
+    running: bool = False
+    interruptions: int = 0
+    ended: bool = False
+
+
+def progress_of(parts: list[Path]) -> Progress:
+    """Return how far a session has got.
+
+    Args:
+        parts: its files in order. A record sent again is in two of them, which changes nothing
+            but the interruptions: those are told apart by their times.
+    """
+    stage, running, ended = None, False, False
+    interrupted: set[int] = set()
+    for part in parts:
+        for _, event in read_recording(part).records(*TOPICS):
+            if isinstance(event, StageEntered):
+                stage, running = event, False
+            elif isinstance(event, TrialStarted):
+                running = True
+            elif isinstance(event, TrialEnded | FitApplied):
+                running = False
+            elif isinstance(event, SessionEnded):
+                ended = True
+            elif isinstance(event, Deviation) and event.code == "recording_interrupted":
+                interrupted.add(event.t_ns)
+    return Progress(stage, running, len(interrupted), ended)
 
 
 class Participant:
@@ -65,39 +109,37 @@ class Participant:
         self._folder = folder
         self._study = study
         self._mouse = mouse
-        self._pattern = "*.mcap" if part == 1 else f"*_part{part}.mcap"
+        self._first_file = part - 1
+        self._seen: dict[Path, int] = {}
+        self._place_in_study = Progress()
+        self._interruptions = 0
         self._random = random.Random(seed)
         self._renderer: Renderer | None = None
 
-    def _look(self) -> tuple[StageEntered | None, bool, int, bool]:
-        """Return the stage, whether its trial runs, the number of stages, whether it ended."""
-        files = sorted(
-            [*self._folder.glob(f"{self._pattern}.part"), *self._folder.glob(self._pattern)]
-        )
-        stage, running, stages, ended = None, False, 0, False
-        if files:
-            try:
-                for _, event in read_recording(files[-1]).records(*TOPICS):
-                    if isinstance(event, StageEntered):
-                        stage, running, stages = event, False, stages + 1
-                    elif isinstance(event, TrialStarted):
-                        running = True
-                    elif isinstance(event, TrialEnded | FitApplied):
-                        running = False
-                    elif isinstance(event, SessionEnded):
-                        ended = True
-            except (StudyError, FileNotFoundError):
-                pass  # The file is being moved into place.
-        return stage, running, stages, ended
+    def _look(self) -> Progress:
+        """Read the parts again if they have grown: when a writer fails there is more than one."""
+        try:
+            files = sorted(self._folder.glob("*.mcap*"))[self._first_file :]
+            sizes = {path: path.stat().st_size for path in files}
+            if sizes != self._seen:
+                self._place_in_study = progress_of(list(sizes))
+                self._seen = sizes
+        except (StudyError, FileNotFoundError):
+            pass  # A file is being made or moved into place.
+        return self._place_in_study
 
     def run(self, timeout_s: float) -> None:
         """Go through to the end."""
         deadline = time.monotonic() + timeout_s
         self._hands.wait_for_window()
         while time.monotonic() < deadline and self._study.poll() is None:
-            stage, running, _, ended = self._look()
-            if ended or stage is None:
+            now = self._look()
+            stage, running = now.stage, now.running
+            if now.ended or stage is None:
                 time.sleep(0.05)
+            elif now.interruptions > self._interruptions:
+                self._interruptions = now.interruptions
+                self._hands.tap("return")
             elif stage.kind == "pages" and stage.name == "thanks":
                 self._hands.key("return", down=True)
                 self._wait_for_end(PATIENCE_S)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-PATIENCE_S: Final = 600.0
+PATIENCE_S: Final = 1200.0
 """Seconds after which something is taken not to come any more. Long, for a busy machine: only a
 test that fails ever waits so long."""
 

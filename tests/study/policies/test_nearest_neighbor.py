@@ -44,7 +44,7 @@ def _brute_force(
     return answers
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.integers(1, 60), st.integers(0, 2**32), st.integers(1, 4), st.sampled_from(ENCODINGS))
 def test_equals_brute_force_with_ties(
     count: int, seed: int, largest: int, encoding: Encoding
@@ -59,7 +59,7 @@ def test_equals_brute_force_with_ties(
     assert policy.actions(queries, RANDOM).tolist() == expected
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32), st.sampled_from(ENCODINGS))
 def test_equals_brute_force_on_real_states(seed: int, encoding: Encoding) -> None:
     """On states of the task every action is brute force's."""

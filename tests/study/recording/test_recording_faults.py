@@ -8,6 +8,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -158,7 +159,22 @@ def test_standing_still_oneself_is_no_stall_of_the_writer(tmp_path: Path) -> Non
     time.sleep(1.2)
     assert recorder.check(time.perf_counter_ns()) is None
     os.kill(recorder.writer_pid, signal.SIGCONT)
-    assert watched(recorder, 1.2)[0] is None
+    assert recorder.ensure_durable(PATIENCE_S)
+    assert [path.name for path in recorder.close()] == ["P01.mcap"]
+
+
+def test_a_writer_that_comes_round_goes_on_with_its_part(tmp_path: Path) -> None:
+    """A stall that passes pauses the session, but begins no part."""
+    recorder = FailoverRecorder.start(tmp_path, "P01", {}, {})
+    os.kill(recorder.writer_pid, signal.SIGSTOP)
+    recorder.write(note(0), 1)
+    fault, _ = watched(recorder, 5)
+    assert fault is not None
+    woken = threading.Timer(0.5, os.kill, (recorder.writer_pid, signal.SIGCONT))
+    woken.start()
+    assert recorder.begin_part(fault) == 1
+    woken.join()
+    assert recorder.check(time.perf_counter_ns()) is None
     assert [path.name for path in recorder.close()] == ["P01.mcap"]
 
 

@@ -199,7 +199,6 @@ def test_mutated_recordings(tmp_path: Path, kind: str) -> None:
 
 
 @pytest.mark.acceptance
-@pytest.mark.timeout(1800)
 def test_ten_thousand_mutated_recordings(tmp_path: Path) -> None:
     """The same of 10,000 mutated files."""
     small = small_recording(tmp_path)

@@ -55,7 +55,7 @@ def timestep(robots: int = 3, **changes: Any) -> Timestep:
 
 
 @pytest.mark.parametrize("topic", TOPICS)
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(data=st.data())
 def test_bytes_are_those_of_protobuf(topic: str, data: st.DataObject) -> None:
     """Our encoder gives what protobuf's deterministic serialization gives."""
@@ -72,7 +72,7 @@ def test_bytes_are_those_of_protobuf(topic: str, data: st.DataObject) -> None:
     assert encode(record) == message.SerializeToString(deterministic=True)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(record=any_record())
 def test_round_trip(record: Record) -> None:
     """A decoded record has the fields, dtypes and shapes of the one encoded, bit for bit."""
@@ -90,7 +90,7 @@ def test_round_trip(record: Record) -> None:
             assert value == given_value
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(topic=st.sampled_from(TOPICS), data=st.data())
 def test_columns_equal_decoded_records(topic: str, data: st.DataObject) -> None:
     """Columns hold, row by row, what decoding each record gives."""
@@ -179,7 +179,7 @@ def test_missing_fields_are_zero_and_unknown_ones_ignored() -> None:
     assert (record.t_ns, record.robots, record.states.shape) == (0, 0, (0, 0))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(topic=st.sampled_from(TOPICS), data=st.binary(max_size=80))
 def test_noise_is_a_recording_error(topic: str, data: bytes) -> None:
     """Whatever the bytes are, decoding gives a record or a RecordingError."""

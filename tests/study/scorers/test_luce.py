@@ -51,7 +51,7 @@ def _one_thread() -> Iterator[None]:
     torch.set_num_threads(threads)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.integers(0, 2**32), st.floats(-50, 50))
 def test_the_likelihood_is_invariant_to_a_constant(seed: int, constant: float) -> None:
     """A constant added to all scores changes neither the loss nor any probability."""

@@ -44,7 +44,7 @@ def test_without_scores_all_tie(available: list[bool]) -> None:
     assert best_robot(np.empty(0), np.array(available)) == expected
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(dwell=st.integers(1, 20), data=st.data())
 def test_assisted_never_switches_early_nor_late(dwell: int, data: st.DataObject) -> None:
     """Between switches lie ``dwell`` timesteps unless the operated robot ended."""

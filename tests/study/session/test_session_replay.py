@@ -91,7 +91,7 @@ def make(shell: FakeShell, kind: str, what: str, yes: bool) -> None:
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
-@settings(max_examples=60, deadline=None, phases=[Phase.explicit, Phase.generate])
+@settings(max_examples=60, phases=[Phase.explicit, Phase.generate])
 @given(
     seed=st.integers(0, 2**63 - 1),
     moods=moods,
@@ -129,7 +129,7 @@ def test_any_inputs_replay_byte_for_byte(
     assert all(sets.available[row, robot] for row, robot in enumerate(sets.chosen))
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_undisturbed_session_is_complete(seed: int) -> None:
     """A participant who only confirms and waits passes every stage."""

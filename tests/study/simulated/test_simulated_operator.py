@@ -78,7 +78,7 @@ def test_the_same_seed_presses_the_same_keys(allocation: str) -> None:
 
 
 @given(seed=st.integers(0, 10_000), tiles=st.integers(1, 4))
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 def test_what_is_not_noticed_has_no_effect(seed: int, tiles: int) -> None:
     """Scrambling all tiles but those noticed changes no key: nothing unseen is acted upon."""
     parameters = PARAMETERS.model_copy(update={"glance_tiles": tiles})
@@ -108,7 +108,7 @@ def _scrambled(tile: Tile, random: np.random.Generator) -> Tile:
 
 
 @given(st.integers(1, 5), st.integers(0, 20))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_glances_are_few_and_spaced(tiles: int, seed: int) -> None:
     """A timestep shows at most glance_tiles tiles beside one's own, at the glance period."""
     parameters = PARAMETERS.model_copy(update={"glance_tiles": tiles})
@@ -308,7 +308,7 @@ def reveal(total: float) -> RevealScreen:
 
 
 @given(seed=st.integers(0, 1000), low=st.integers(0, 2), span=st.integers(2, 7))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_surveys_are_answered_within_their_scale(seed: int, low: int, span: int) -> None:
     """Both questions get a digit of the scale, then the survey is confirmed."""
     operator = SimulatedOperator(draw_parameters(0, seed), seed)

@@ -50,7 +50,7 @@ def test_cost_equals_the_geodesic() -> None:
 
 
 @given(st.floats(0.0, 10.0), st.floats(0.0, 1.0))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_tastes_only_add_cost(hazard_cost: float, clearance: float) -> None:
     """Avoiding hazards and walls never makes a way cheaper than the plain geodesic."""
     plain = Plan(LAYOUT.scene(), 0.0, 0.0, 1.0).goal.cost

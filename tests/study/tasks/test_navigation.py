@@ -47,7 +47,7 @@ def _driven(task: NavigationTask, *actions: int) -> tuple[npt.NDArray[np.float32
     return step.states[0], total, int(step.outcomes[0])
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(runs)
 def test_a_fleet_steps_as_its_robots_would_alone(run: tuple[int, int, int]) -> None:
     """States, rewards and outcomes do not depend on how many robots there are."""
@@ -67,7 +67,7 @@ def test_a_fleet_steps_as_its_robots_would_alone(run: tuple[int, int, int]) -> N
             assert step.outcomes[0] == together.outcomes[i]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(runs, st.sampled_from([[0.9, 0.0, 0.05, 0.05, 0.0], [0.4, 0.2, 0.2, 0.1, 0.1]]))
 def test_states_stay_legal(run: tuple[int, int, int], chances: list[float]) -> None:
     """No robot leaves the floor, the range of its heading or that of its health."""
@@ -84,7 +84,7 @@ def test_states_stay_legal(run: tuple[int, int, int], chances: list[float]) -> N
         assert np.isfinite(step.rewards).all()
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(runs)
 def test_a_snapshot_repeats_the_future(run: tuple[int, int, int]) -> None:
     """Restored into another task, a snapshot leads to the same states and rewards."""
