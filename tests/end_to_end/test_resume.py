@@ -9,8 +9,6 @@ import threading
 import time
 from pathlib import Path
 
-import pytest
-
 from participant import Participant
 from patience import PATIENCE_S
 from study.errors import StudyError

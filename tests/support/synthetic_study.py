@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from patience import PATIENCE_S
 from study.events import events as ev
 from study.events.codes import ActionSource, ChoiceFlag, ChoiceSource, Outcome, Phase
 from study.events.fields import Record
@@ -322,7 +323,7 @@ def write_session(folder: Path, plan: Plan) -> Path:
     for place, record in enumerate(records):
         if place % 400 == 399:
             # What is on disk by now survives when the end of the file is torn off.
-            assert recorder.ensure_durable(10.0)
+            assert recorder.ensure_durable(PATIENCE_S)
         recorder.write(record, record.t_ns)
     return recorder.close()
 

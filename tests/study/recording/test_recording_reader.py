@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from mcap.writer import Writer
 
 import study
+from patience import PATIENCE_S
 from record_strategies import any_record, records_of
 from study.errors import RecordingError
 from study.events.fields import Record, record_types
@@ -60,7 +61,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for batch in range(6):
         for number in range(30):
             recorder.write(observed(100 * batch + number, 4 if batch < 3 else 12), 1 + number)
-        assert recorder.ensure_durable(10)
+        assert recorder.ensure_durable(PATIENCE_S)
     return recorder.close()
 
 

@@ -14,6 +14,7 @@ import zstandard
 from mcap.reader import make_reader
 from typer.testing import CliRunner
 
+from patience import PATIENCE_S
 from study.commands.main import app
 from study.errors import RecordingError
 from study.events.inputs import FleetObserved
@@ -48,7 +49,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
                 scores=np.zeros(0),
             )
             recorder.write(robots, 10**9 * batch)
-        assert recorder.ensure_durable(10)
+        assert recorder.ensure_durable(PATIENCE_S)
     return recorder.close()
 
 
