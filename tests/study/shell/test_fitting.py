@@ -49,7 +49,7 @@ def request(kind: str, rows: int = 60, **changes: Any) -> RequestFit:
         "parameters_json": json.dumps({} if kind == "policy" else {"hidden": [4], "epochs": 3}),
         "arrays": arrays,
         "seed": 1,
-        "budget_seconds": 60.0,
+        "budget_seconds": PATIENCE_S,
     }
     return RequestFit(**{**values, **changes})
 
