@@ -34,10 +34,9 @@ def main() -> int:
     print("Setting up .venv (once; some minutes on a slow line) ...", flush=True)
     if not python().is_file():
         venv.create(VENV, with_pip=True)
-    # Without compiling: that would take longer than all else, mostly for modules never imported.
-    pip("install", "--no-compile", "--require-hashes", "-r", str(LOCK))
+    pip("install", "--require-hashes", "-r", str(LOCK))
     # The index of CPU builds is a convenience: if it does not answer, do not wait for it.
-    pip("install", "--no-compile", "--no-deps", "--retries", "1", "-r", str(TORCH))
+    pip("install", "--no-deps", "--retries", "1", "-r", str(TORCH))
     # The lock has what the extras need too, so that each of them works.
     pip("install", "--no-deps", "--no-build-isolation", "-e", str(ROOT))
     STAMP.write_text(wanted)

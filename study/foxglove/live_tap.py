@@ -31,7 +31,7 @@ from study.recording.wire import encode
 QUEUE_BYTES = 4 * 2**20
 """Bytes that may wait for the live view; older ones are dropped."""
 
-START_TIMEOUT = 30.0
+START_TIMEOUT = 60.0
 END_TIMEOUT = 1.0
 DEFAULT_PORT = 8765
 LOOPBACK = ("127.0.0.1", "localhost", "::1")

@@ -20,6 +20,7 @@ from typing import Any
 import pytest
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 
+from patience import PATIENCE_S
 from protocols import variant
 from study.events.shell import Note
 from study.recording.reader import read_recording
@@ -72,7 +73,7 @@ def session(
         raise AssertionError(study.stderr.read())
     finally:
         study.kill()
-        study.wait(10)
+        study.wait(PATIENCE_S)
         for stream in (study.stdout, study.stderr):
             if stream:
                 stream.close()
@@ -89,7 +90,7 @@ class Viewer:
     def wait_for_channels(self, *topics: str) -> None:
         """Read until these topics are offered."""
         while not set(topics) <= set(self.channels):
-            text = self._connection.recv(60)
+            text = self._connection.recv(PATIENCE_S)
             if isinstance(text, str) and (said := json.loads(text))["op"] == "advertise":
                 self.channels |= {item["topic"]: item for item in said["channels"]}
 
@@ -111,7 +112,7 @@ class Viewer:
     def receive(self, *topics: str) -> dict[str, Any]:
         """Read until a message of each topic has come; return the last of each."""
         found: dict[str, Any] = {}
-        deadline = time.monotonic() + 90
+        deadline = time.monotonic() + PATIENCE_S
         while not set(topics) <= set(found):
             data = self._connection.recv(max(0.0, deadline - time.monotonic()))
             if isinstance(data, bytes) and data[0] == 1:
@@ -123,7 +124,9 @@ class Viewer:
 
 @contextmanager
 def watching(url: str) -> Iterator[Viewer]:
-    with connect(url, subprotocols=[SUBPROTOCOL], open_timeout=60, max_size=None) as connection:
+    with connect(
+        url, subprotocols=[SUBPROTOCOL], open_timeout=PATIENCE_S, max_size=None
+    ) as connection:
         assert connection.subprotocol == SUBPROTOCOL
         yield Viewer(connection)
 
@@ -178,7 +181,7 @@ def test_a_viewer_sees_a_trial_and_a_lost_view_costs_nothing(tmp_path: Path) -> 
         time.sleep(1.5)
         assert study.poll() is None
         study.send_signal(signal.SIGTERM)
-        assert study.wait(30) == 3
+        assert study.wait(PATIENCE_S) == 3
         assert study.stderr is not None
         assert "The recording has them" in study.stderr.read()
         hands.close()
@@ -198,7 +201,7 @@ def test_a_port_that_is_taken_is_said_before_the_session_begins(tmp_path: Path) 
             env={**os.environ, "PYTHONPATH": str(ROOT), "SDL_VIDEODRIVER": "dummy"},
             capture_output=True,
             text=True,
-            timeout=120,
+            timeout=PATIENCE_S,
             check=False,
         )
     assert done.returncode == 2

@@ -3,7 +3,7 @@
     python lsl_inlet.py FILE [SOURCE_ID]
 
 takes the first stream of markers there is, says "ready" once it is connected, and writes a line
-for each marker: its time and its text, as a JSON list. Ends with the session, or after a minute.
+for each marker: its time and its text, as a JSON list. Ends with the session, or after twenty minutes.
 """
 
 from __future__ import annotations
@@ -15,13 +15,14 @@ from pathlib import Path
 
 import pylsl
 
+from patience import PATIENCE_S
 from study.shell.lsl import STREAM_NAME
 
 if __name__ == "__main__":
-    deadline = time.monotonic() + 90
-    streams = pylsl.resolve_byprop("name", STREAM_NAME, minimum=1, timeout=90)
+    deadline = time.monotonic() + PATIENCE_S
+    streams = pylsl.resolve_byprop("name", STREAM_NAME, minimum=1, timeout=PATIENCE_S)
     inlet = pylsl.StreamInlet(streams[0])
-    inlet.open_stream(timeout=30)
+    inlet.open_stream(timeout=PATIENCE_S)
     sys.stdout.write("ready\n")
     sys.stdout.flush()
     with Path(sys.argv[1]).open("w", encoding="utf-8") as target:

@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 
 from cut_sessions import drive, study_loaded
+from patience import PATIENCE_S
 from short_study import opened
 from study.commands.composing import start_failover_recorder
 from study.session.session import Session
@@ -22,7 +23,7 @@ if __name__ == "__main__":
     loaded = study_loaded()
     first = opened(loaded)
     outlet = LslOutlet(first)
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + PATIENCE_S
     while not outlet.has_consumers():
         assert time.monotonic() < deadline, "nobody receives"
         time.sleep(0.05)

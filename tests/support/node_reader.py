@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from patience import PATIENCE_S
 from study.events.fields import Record, Wire, record_types, wire_fields
 from study.recording.descriptors import message_name
 from study.recording.protobuf_format import ARRAY_DTYPES
@@ -20,7 +21,6 @@ from study.recording.reader import Recording
 from x11_driver import require_program
 
 FOLDER = Path(__file__).resolve().parents[1] / "independent_reader"
-INSTALL_TIMEOUT_S = 240
 
 
 def read_by_node(*paths: Path) -> list[dict[str, Any]]:
@@ -28,7 +28,7 @@ def read_by_node(*paths: Path) -> list[dict[str, Any]]:
     node = require_program("node")
     _install(require_program("npm"))
     command = [node, str(FOLDER / "read_recording.js"), *map(str, paths)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=200)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
     assert done.returncode == 0, done.stderr
     found: list[dict[str, Any]] = json.loads(done.stdout)
     return found
@@ -50,11 +50,11 @@ def _install(npm: str) -> None:
                 capture_output=True,
                 text=True,
                 check=False,
-                timeout=INSTALL_TIMEOUT_S,
+                timeout=PATIENCE_S,
             )
             failure = done.stderr if done.returncode else ""
         except subprocess.TimeoutExpired:
-            failure = f"it took more than {INSTALL_TIMEOUT_S} s"
+            failure = f"it took more than {PATIENCE_S:g} s"
         if failure:
             reason = f"npm ci failed in {FOLDER}: {failure}"
             if os.environ.get("CI"):

@@ -72,7 +72,9 @@ def test_robots_are_drawn_where_the_states_say(exported: Path) -> None:
     rows = decoded(exported, "event/timestep", POSES_TOPIC, ROBOTS_TOPIC)
     by_time: dict[int, dict[str, Any]] = {}
     for topic, time_ns, content in rows:
-        by_time.setdefault(time_ns, {})[topic] = content
+        # A fleet run's last picture is followed at once by the message that takes it away.
+        if topic != ROBOTS_TOPIC or content.entities:
+            by_time.setdefault(time_ns, {})[topic] = content
     compared = 0
     for found in by_time.values():
         step = found.get("event/timestep")

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from patience import PATIENCE_S
 from protocols import ROOT
 from study.events.codes import ChoiceSource
 from study.events.events import Event, Switched, TrialEnded, TrialStarted
@@ -131,7 +132,7 @@ def test_what_is_missing_is_said_before_the_session(
         capture_output=True,
         text=True,
         check=False,
-        timeout=200,
+        timeout=PATIENCE_S,
     )
     assert done.returncode == 2
     words = " ".join(done.stderr.split())
@@ -220,7 +221,7 @@ def test_an_inlet_receives_a_whole_session(tmp_path: Path) -> None:
             env=environment(tmp_path),
             cwd=ROOT,
             check=False,
-            timeout=200,
+            timeout=PATIENCE_S,
         )
         assert driven.returncode == 0
         assert inlet.wait(60) == 0
@@ -241,7 +242,7 @@ def test_study_run_publishes(tmp_path: Path) -> None:
         with receiving(tmp_path) as inlet:
             assert inlet.stdout is not None
             assert inlet.stdout.readline().startswith("ready")
-            deadline = time.monotonic() + 60
+            deadline = time.monotonic() + PATIENCE_S
             while not list(folder.glob("*.part")):
                 assert time.monotonic() < deadline, "the session did not begin"
                 time.sleep(0.1)
