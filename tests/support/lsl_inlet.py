@@ -3,7 +3,7 @@
     python lsl_inlet.py FILE [SOURCE_ID]
 
 takes the first stream of markers there is, says "ready" once it is connected, and writes a line
-for each marker: its time and its text, as a JSON list. Ends with the session, or after twenty minutes.
+for each marker: its time and its text, as a JSON list. Ends with the session.
 """
 
 from __future__ import annotations
