@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import zlib
 from collections import Counter
 from pathlib import Path
 from typing import BinaryIO
@@ -24,8 +23,13 @@ from study.recording.findings import (
 )
 from study.recording.identity import CHANNELS, SALVAGED_NUMBERS
 from study.recording.losses import Loss, counts_text
-from study.recording.mcap_records import MAGIC, DamagedError, Declaration, ExceedsError, TopLevel
-from study.recording.mcap_summary import Summary, check_data_section, read_summary
+from study.recording.mcap_records import MAGIC, DamagedError, Declaration, ExceedsError
+from study.recording.mcap_summary import (
+    Summary,
+    check_data_section,
+    read_summary,
+    states_checksum,
+)
 from study.recording.mcap_walk import record_at, walk
 from study.recording.wire import record_types_by_topic
 
@@ -150,7 +154,7 @@ def search_contents(stream: BinaryIO, size: int, path: Path) -> Contents:
     after_last = last_damage >= 0 and (last_damage > places[-1] if places else True)
     after_last |= places != sorted(places)
     if summary is None and findings.ended:
-        findings.ended = _proved_end(stream, findings.end)
+        findings.ended = states_checksum(stream, findings.end)
         after_last |= not findings.ended
     losses += _end(chunks, losses, findings, missing, damaged_end=after_last)
     losses += [loss for loss in stated.losses(findings.metadata) if loss not in losses]
@@ -249,17 +253,6 @@ def _checked_summary(stream: BinaryIO) -> tuple[Summary | None, bool]:
     except DamagedError:
         return summary, False
     return summary, True
-
-
-def _proved_end(stream: BinaryIO, record: TopLevel) -> bool:
-    """Whether the record that ends the data states their checksum."""
-    stream.seek(0)
-    left = record.start - mcap_records.RECORD.size
-    checksum = 0
-    while block := stream.read(min(left, 2**20)):
-        checksum = zlib.crc32(block, checksum)
-        left -= len(block)
-    return record.payload == checksum.to_bytes(4, "little")
 
 
 def _declare_the_lost(findings: Findings, summary: Summary | None) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Self
 
@@ -14,6 +13,7 @@ from study.recording.backlog import Framed
 from study.recording.client import BACKLOG_LIMIT, START_TIMEOUT, Recorder
 from study.recording.durable_file import PART_SUFFIX
 from study.recording.identity import PART
+from study.recording.outcome import Outcome
 from study.recording.parts import part_name
 
 STALL_NS = 900_000_000
@@ -329,25 +329,17 @@ class FailoverRecorder:
     def _lost(self, reason: str, hint: str, more: str = "") -> RecordingFailedError:
         """Return, and remember, the error that says what is safe."""
         recorder = self._recorder
-        recorder_path = recorder.path.with_name(recorder.path.name + PART_SUFFIX)
-        paths = self._paths if recorder.report.file_lost else [*self._paths, recorder_path]
-        names = ", ".join(path.name for path in dict.fromkeys(paths) if path.exists())
-        durable, sent = recorder.durable_sequence, recorder.sent_sequence
-        log_time_ns = recorder.backlog.durable_log_time_ns or self._safe_log_time_ns
-        moment = datetime.fromtimestamp(log_time_ns / 1e9, UTC).isoformat(" ", "milliseconds")
-        if recorder.report.file_lost:
-            safe = "What it held is not safe"
-        elif durable == sent:
-            safe = f"All {sent} records are safe, but the file could not be finished"
-        elif log_time_ns:
-            safe = (
-                f"It is safe up to {moment} (record {durable}); "
-                f"{sent - durable} records after that are not"
-            )
-        else:
-            safe = f"None of its {sent} records is safe"
+        lost = recorder.report.file_lost
+        last = [] if lost else [recorder.path.with_name(recorder.path.name + PART_SUFFIX)]
+        outcome = Outcome(
+            sent=recorder.sent_sequence,
+            durable=recorder.durable_sequence,
+            durable_log_time_ns=recorder.backlog.durable_log_time_ns or self._safe_log_time_ns,
+            file_lost=lost,
+            paths=tuple(dict.fromkeys([*self._paths, *last])),
+        )
         self._failure = RecordingFailedError(
-            f"the recording {self._name} ended: {reason}.{more} {safe}",
-            f"{hint} What there is, is in {self._folder}: {names or 'nothing'}.".strip(),
+            f"the recording {self._name} ended: {reason}.{more} {outcome.what_is_safe()}",
+            f"{hint} {outcome.what_there_is(self._folder)}".strip(),
         )
         return self._failure

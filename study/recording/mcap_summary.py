@@ -22,6 +22,7 @@ from study.recording.mcap_records import (
     DamagedError,
     Declaration,
     ExceedsError,
+    TopLevel,
     declaration,
     text_at,
 )
@@ -105,18 +106,31 @@ def check_data_section(stream: BinaryIO, summary: Summary) -> None:
     Raises:
         DamagedError: it has another checksum, or says none.
     """
-    stream.seek(0)
-    left = summary.start - DATA_END_BYTES
-    checksum = 0
-    while left:
-        block = stream.read(min(left, _CRC_BLOCK))
-        if not block:
-            raise DamagedError("it became shorter while it was read")
-        checksum = zlib.crc32(block, checksum)
-        left -= len(block)
+    checksum = _checksum(stream, summary.start - DATA_END_BYTES)
+    if checksum is None:
+        raise DamagedError("it became shorter while it was read")
     opcode, length, said = struct.unpack("<BQI", stream.read(DATA_END_BYTES))
     if opcode != DATA_END or length != 4 or said != checksum:
         raise DamagedError("the checksum of its data section is wrong")
+
+
+def states_checksum(stream: BinaryIO, end: TopLevel) -> bool:
+    """Whether the record that ends the data states their checksum."""
+    checksum = _checksum(stream, end.start - RECORD.size)
+    return checksum is not None and end.payload == checksum.to_bytes(4, "little")
+
+
+def _checksum(stream: BinaryIO, size: int) -> int | None:
+    """Return the CRC-32 of a file's first bytes; None if it has not so many."""
+    stream.seek(0)
+    left, checksum = size, 0
+    while left > 0:
+        block = stream.read(min(left, _CRC_BLOCK))
+        if not block:
+            return None
+        checksum = zlib.crc32(block, checksum)
+        left -= len(block)
+    return checksum
 
 
 def _parse(data: bytes, start: int) -> Summary:

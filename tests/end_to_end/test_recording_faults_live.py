@@ -169,9 +169,11 @@ def test_a_study_that_stands_still_goes_on_without_a_burst(tmp_path: Path) -> No
         assert study.wait(PATIENCE_S) == 3
     assert len(parts_in(folder)) == 1
     records = assert_replays(folder)
-    gap = len(on_disk)
     times = [record.t_ns for record in records]
-    assert times[gap] - times[gap - 1] > 1_500_000_000
+    steps = range(len(on_disk), len(times))
+    gap = next(place for place in steps if times[place] - times[place - 1] > 1_500_000_000)
+    # All that was sent is on disk, but for the one input that may have been in flight.
+    assert len(set(times[len(on_disk) : gap])) <= 1
     # Ten a second at most, beginning with the one that is late.
     due = [record.t_ns for record in records[gap:] if isinstance(record, TimestepDue)]
     assert due

@@ -92,10 +92,12 @@ class Hands:
         self.sent.append((name, down))
 
     def tap(self, name: str, hold_s: float = 0.03) -> None:
-        """Press and release a key."""
+        """Press and release a key, and lift the finger."""
         self.key(name, down=True)
         time.sleep(hold_s)
         self.key(name, down=False)
+        # SDL takes a press within 2 ms of the same key's release for the keyboard's repetition.
+        time.sleep(0.03)
 
     def click(self, x: int, y: int) -> None:
         """Move the pointer and click the left button."""
