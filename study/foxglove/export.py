@@ -124,7 +124,7 @@ def _write(
             scenes += 1
             time_ns = made.log_time_ns
             writer.add_message(channels[made.topic], time_ns, made.data, time_ns, scenes)
-    writer.finish()
+    writer.finish()  # type: ignore[no-untyped-call]
     if progress:
         progress(total, total)
     return Exported(

@@ -34,7 +34,8 @@ def map_scene(scene: Scene, log_time_ns: int) -> SceneUpdate:
     """
     update = SceneUpdate()
     counts: dict[Role, int] = {}
-    for mark in (*scene.rectangles, *scene.discs):
+    marks: tuple[RectangleMark | DiscMark, ...] = (*scene.rectangles, *scene.discs)
+    for mark in marks:
         counts[mark.role] = counts.get(mark.role, 0) + 1
         entity = update.entities.add(id=f"{mark.role}_{counts[mark.role]}", frame_id=FRAME)
         entity.timestamp.FromNanoseconds(log_time_ns)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from functools import cache
+from typing import Any
 
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from google.protobuf import descriptor_pb2
-from google.protobuf.descriptor import FileDescriptor
 from google.protobuf.message import Message
 
 MAP_TOPIC = "scene/map"
@@ -36,9 +36,10 @@ def schema_name(topic: str) -> str:
 @cache
 def schema_descriptors(topic: str) -> bytes:
     """Return the serialized ``FileDescriptorSet`` of a scene topic, what it imports first."""
-    files: dict[str, FileDescriptor] = {}
+    files: dict[str, Any] = {}
 
-    def add(file: FileDescriptor) -> None:
+    # Any: the classes of protobuf's compiled and pure implementations have no common name.
+    def add(file: Any) -> None:  # noqa: ANN401
         for imported in file.dependencies:
             if imported.name not in files:
                 add(imported)

@@ -103,8 +103,8 @@ class Viewer:
             pool = descriptor_pool.DescriptorPool()
             data = base64.b64decode(channel["schema"])
             for file in descriptor_pb2.FileDescriptorSet.FromString(data).file:
-                pool.Add(file)  # type: ignore[no-untyped-call]
-            kind = pool.FindMessageTypeByName(channel["schemaName"])  # type: ignore[no-untyped-call]
+                pool.Add(file)
+            kind = pool.FindMessageTypeByName(channel["schemaName"])
             asked.append({"id": len(self._subscribed), "channelId": channel["id"]})
             self._subscribed.append((topic, message_factory.GetMessageClass(kind)))
         self._connection.send(json.dumps({"op": "subscribe", "subscriptions": asked}))

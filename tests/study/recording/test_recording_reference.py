@@ -58,8 +58,8 @@ def test_the_limits_are_those_of_the_reader() -> None:
 def test_every_key_of_the_metadata_is_in_it() -> None:
     """The keys that the program gives the metadata are explained."""
     text = DEFAULT_FILE.read_text(encoding="utf-8")
-    keys = (PART, CHANNELS, SELF_DIGEST, SALVAGED_FROM, SALVAGED_LOSSES, SALVAGED_BY_TOPIC)
-    keys += (SALVAGED_PROBLEMS, SALVAGED_NUMBERS)
+    salvaged = (SALVAGED_FROM, SALVAGED_LOSSES, SALVAGED_BY_TOPIC)
+    keys = (PART, CHANNELS, SELF_DIGEST, *salvaged, SALVAGED_PROBLEMS, SALVAGED_NUMBERS)
     golden = read_recording(Path(__file__).parent / "golden" / "v1.mcap").metadata
     for key in (*keys, *golden):
         prefix, colon, _ = key.partition(":")

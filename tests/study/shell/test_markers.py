@@ -58,8 +58,8 @@ def switched(t_ns: int) -> Switched:
 
 def started() -> TrialStarted:
     """Return a trial's beginning, which has an array."""
-    texts = {"condition": "manual", "allocation": "manual", "view": "tiles"}
-    numbers = {"trial_id": 3, "phase": 3, "block": 1, "trial": 1, "robots": 2, "timesteps": 9}
+    texts: Any = {"condition": "manual", "allocation": "manual", "view": "tiles"}
+    numbers: Any = {"trial_id": 3, "phase": 3, "block": 1, "trial": 1, "robots": 2, "timesteps": 9}
     states = np.ones((2, 4), np.float32)
     return TrialStarted(
         t_ns=5, **texts, **numbers, dwell=0, policy_id="p", scorer_id="", scored=True, states=states
