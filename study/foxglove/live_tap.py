@@ -122,12 +122,17 @@ class LiveTap:
             self._queued -= len(self._queue.popleft())
             self.dropped += 1
 
-    def close(self) -> None:
-        """End the live view: politely, then not; it never takes longer than two seconds."""
-        deadline = time.monotonic() + END_TIMEOUT / 2
+    def drain(self, timeout_s: float) -> bool:
+        """Wait until the live view has taken all that waits; return whether it has."""
+        deadline = time.monotonic() + timeout_s
         while not self.ended and (self._queue or self._rest) and time.monotonic() < deadline:
             select.select([], [self._pipe], [], 0.05)
             self._push()
+        return not (self._queue or self._rest)
+
+    def close(self) -> None:
+        """End the live view: politely, then not; it never takes longer than two seconds."""
+        self.drain(END_TIMEOUT / 2)
         self.dropped += len(self._queue)
         self._queue.clear()
         for stream in (self._process.stdin, self._process.stdout):

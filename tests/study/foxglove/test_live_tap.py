@@ -12,6 +12,7 @@ from contextlib import contextmanager
 
 import pytest
 
+from patience import PATIENCE_S
 from study.errors import StudyError
 from study.events.shell import Note
 from study.foxglove.live_tap import LiveTap, require_live
@@ -47,12 +48,13 @@ def test_a_reader_gets_every_record_in_order() -> None:
     with viewer(COPY) as process:
         tap = LiveTap(process)
         offer(tap, 1, 50)
+        assert tap.drain(PATIENCE_S)
         assert (tap.passed, tap.dropped) == (50, 0)
         assert process.stdin is not None
         assert process.stdout is not None
         process.stdin.close()
         frames = list(FrameSplitter().feed(process.stdout.read()))
-    numbers = [MESSAGE_HEADER.unpack_from(payload)[1:] for _, payload in frames]
+    numbers = [MESSAGE_HEADER.unpack_from(payload)[1:3] for _, payload in frames]
     assert numbers == [(number, number) for number in range(1, 51)]
 
 
