@@ -48,7 +48,8 @@ class LiveServer(ServerListener):
     """
 
     def __init__(self, host: str, port: int) -> None:
-        context = foxglove.Context()
+        # Kept: channels go with their context.
+        self._context = context = foxglove.Context()
         self._channels: dict[str, foxglove.Channel] = {}
         for topic, record_type in record_types().items():
             name = message_name(record_type)
