@@ -1,4 +1,7 @@
-"""Which rows enter the tests: phase three's complete trials, after the declared exclusions."""
+"""Which rows enter the tests: phase three's complete trials, after the declared exclusions.
+
+Trials are left out first: what a rule then counts of a participant are the trials that remain.
+"""
 
 from __future__ import annotations
 
@@ -20,6 +23,8 @@ class AnalysedData:
 
     Attributes:
         trials: scored, complete trials of phase three of those kept.
+        excluded_trials: complete trials of phases three and four that a rule of the protocol
+            leaves out, with the rule's name as "rule"; of those kept.
         broken_trials: scored trials of phase three that did not run to their end.
         phase_four: complete trials of phase four of those kept.
         responses: answers of those kept.
@@ -29,6 +34,7 @@ class AnalysedData:
     """
 
     trials: pd.DataFrame
+    excluded_trials: pd.DataFrame
     broken_trials: pd.DataFrame
     phase_four: pd.DataFrame
     responses: pd.DataFrame
@@ -42,7 +48,10 @@ def analysed_data(
 ) -> AnalysedData:
     """Select the rows that enter the tests."""
     trials = tables.frame("trials")
-    three = trials[(trials["phase"] == Phase.THREE) & trials["scored"]]
+    rules = trials["deviations"].astype("str").map(lambda codes: _rule_against(facts, codes))
+    tested = trials[rules == ""]
+    left_out = trials[(rules != "") & trials["complete"]].assign(rule=rules)
+    three = tested[(tested["phase"] == Phase.THREE) & tested["scored"]]
     people = [session.opened.participant for session in study.sessions]
     excluded: dict[str, Excluded] = {}
     unknown: list[str] = []
@@ -61,10 +70,12 @@ def analysed_data(
                 excluded[participant] = Excluded(participant, reason)
     kept = set(people) - set(excluded)
     three = three[three["participant"].isin(kept)]
-    four = trials[(trials["phase"] == Phase.FOUR) & trials["complete"]]
+    four = tested[(tested["phase"] == Phase.FOUR) & tested["complete"]]
+    left_out = left_out[left_out["participant"].isin(kept) & (left_out["phase"] >= Phase.THREE)]
     responses = tables.frame("responses")
     return AnalysedData(
         trials=three[three["complete"]],
+        excluded_trials=left_out,
         broken_trials=three[~three["complete"]],
         phase_four=four[four["participant"].isin(kept)],
         responses=responses[responses["participant"].isin(kept)],
@@ -72,6 +83,12 @@ def analysed_data(
         unknown_rules=tuple(unknown),
         orders={s.opened.participant: s.opened.order for s in study.sessions},
     )
+
+
+def _rule_against(facts: ProtocolFacts, codes: str) -> str:
+    """Return the name of the first rule that leaves a trial out; empty if none does."""
+    happened = set(codes.split(","))
+    return next((rule.name for rule in facts.trial_exclusions if rule.deviations & happened), "")
 
 
 def _counts(rule: ExclusionRule, tables: StudyTables, three: pd.DataFrame) -> dict[str, int] | None:

@@ -46,6 +46,15 @@ class ExclusionRule:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
+class TrialExclusionRule:
+    """A declared rule: trials in which one of these deviations happened are left out."""
+
+    name: str
+    deviations: frozenset[str]
+    reason: str
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
 class ProtocolFacts:
     """What the report says of the protocol.
 
@@ -55,6 +64,7 @@ class ProtocolFacts:
         items: items of the questionnaires, by id.
         assumptions: key path to reason, in the protocol's order.
         exclusions: rules by which participants are left out.
+        trial_exclusions: rules by which single trials are left out.
         planned_participants: how many were planned; None if not stated.
         planned_trials: trials planned in each condition; None if not stated.
     """
@@ -64,6 +74,7 @@ class ProtocolFacts:
     items: Mapping[str, Item]
     assumptions: tuple[tuple[str, str], ...]
     exclusions: tuple[ExclusionRule, ...]
+    trial_exclusions: tuple[TrialExclusionRule, ...]
     planned_participants: int | None
     planned_trials: int | None
 
@@ -88,6 +99,7 @@ def protocol_facts(study: StudyRecordings) -> ProtocolFacts:
         items=_items(session),
         assumptions=tuple(_flat(_table(protocol.get("assumptions")))),
         exclusions=tuple(_exclusions(protocol)),
+        trial_exclusions=tuple(_trial_exclusions(protocol)),
         planned_participants=_whole_or_none(about.get("planned_participants")),
         planned_trials=_whole_or_none(_table(protocol.get("phase_three")).get("trials")),
     )
@@ -151,6 +163,17 @@ def _exclusions(protocol: Mapping[str, Any]) -> Iterator[ExclusionRule]:
                 at_least=float(threshold),
                 reason=str(rule.get("reason", "")),
             )
+
+
+def _trial_exclusions(protocol: Mapping[str, Any]) -> Iterator[TrialExclusionRule]:
+    declared = protocol.get("trial_exclusions")
+    for entry in declared if isinstance(declared, list) else []:
+        rule = _table(entry)
+        codes = rule.get("deviations")
+        if isinstance(codes, list) and codes:
+            named = frozenset(str(code) for code in codes)
+            name = str(rule.get("name", "unnamed"))
+            yield TrialExclusionRule(name, named, str(rule.get("reason", "")))
 
 
 def _table(value: object) -> Mapping[str, Any]:

@@ -183,6 +183,16 @@ class Exclusion(_Part):
     reason: str = Field(min_length=1, max_length=400, description="why")
 
 
+class TrialExclusion(_Part):
+    """A rule by which analysis leaves out single trials that were disturbed."""
+
+    name: Name = Field(description="name of the rule")
+    deviations: tuple[Literal["paused", "recording_interrupted", "resumed"], ...] = Field(
+        min_length=1, description="a trial in which one of these happened is left out"
+    )
+    reason: str = Field(min_length=1, max_length=400, description="why")
+
+
 class AnalysisPart(_Part):
     """Analyses planned before the data are seen."""
 
@@ -213,6 +223,7 @@ class Protocol(_Part):
     questionnaires: tuple[QuestionnaireUse, ...] = ()
     keys: KeyPart = KeyPart()
     exclusions: tuple[Exclusion, ...] = ()
+    trial_exclusions: tuple[TrialExclusion, ...] = ()
     analysis: AnalysisPart
     assumptions: dict[str, str] = Field(
         default_factory=dict, description="key path to why we set what the paper leaves open"

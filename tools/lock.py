@@ -1,6 +1,7 @@
 """Write requirements/lock.txt anew: newest versions that fit pyproject.toml, with hashes.
 
-For all platforms and Pythons from 3.11 on. torch is left to requirements/torch.txt.
+For all platforms and Pythons from 3.11 on, with every extra, so that every test can run.
+torch is left to requirements/torch.txt.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ def main() -> int:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
     wanted = [
         *(item for item in project["project"]["dependencies"] if not item.startswith("torch")),
+        # Set-up installs the extras too: small, and the tests need them.
+        *(item for extra in project["project"]["optional-dependencies"].values() for item in extra),
         *project["dependency-groups"]["dev"],
         *(ROOT / "requirements" / "lock.in").read_text().splitlines(),
     ]

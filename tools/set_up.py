@@ -37,6 +37,7 @@ def main() -> int:
     pip("install", "--require-hashes", "-r", str(LOCK))
     # The index of CPU builds is a convenience: if it does not answer, do not wait for it.
     pip("install", "--no-deps", "--retries", "1", "-r", str(TORCH))
+    # The lock has what the extras need too, so that each of them works.
     pip("install", "--no-deps", "--no-build-isolation", "-e", str(ROOT))
     STAMP.write_text(wanted)
     return 0

@@ -116,4 +116,13 @@ def methods(results: StudyResults) -> list[str]:
             f"The protocol’s exclusion {'rule' if len(rules) == 1 else 'rules'} {listed(rules)} "
             f"left out {left}."
         )
+    if facts.trial_exclusions:
+        rules = [
+            f"{rule.name} ({', '.join(sorted(rule.deviations))})" for rule in facts.trial_exclusions
+        ]
+        left = counted(len(data.excluded_trials), "trial") if len(data.excluded_trials) else "none"
+        text.append(
+            f"The protocol’s {'rule' if len(rules) == 1 else 'rules'} on disturbed trials "
+            f"{listed(rules)} left out {left}."
+        )
     return text

@@ -65,11 +65,30 @@ def flags(results: StudyResults) -> list[Flag]:
         label = results.facts.label(str(condition))
         text = f"Trial {trial} under {label} did not run to its end"
         found.append(Flag("Broken trial", str(who), text, "Not in the tests"))
-    deviations = results.tables.frame("deviations")
-    for who, code, text in zip(
-        deviations["participant"], deviations["code"], deviations["text"], strict=True
+    left = data.excluded_trials
+    for who, condition, trial, rule, codes in zip(
+        left["participant"],
+        left["condition"],
+        left["trial"],
+        left["rule"],
+        left["deviations"],
+        strict=True,
     ):
-        found.append(Flag("Deviation", str(who), f"{text} ({code})", "Kept"))
+        label = results.facts.label(str(condition))
+        text = f"Trial {trial} under {label}: rule {rule} ({str(codes).replace(',', ', ')})"
+        found.append(Flag("Excluded trial", str(who), text, "Not in the tests"))
+    gone = set(zip(left["session"].astype("str"), left["trial_id"], strict=True))
+    deviations = results.tables.frame("deviations")
+    for who, session_id, trial_id, code, text in zip(
+        deviations["participant"],
+        deviations["session"].astype("str"),
+        deviations["trial_id"],
+        deviations["code"],
+        deviations["text"],
+        strict=True,
+    ):
+        kept = "Its trial is not in the tests" if (session_id, trial_id) in gone else "Kept"
+        found.append(Flag("Deviation", str(who), f"{text} ({code})", kept))
     found += [
         Flag("Set aside", item.participant or item.file, item.reason, "Not read further")
         for item in study.set_aside

@@ -12,7 +12,7 @@ import pandas as pd
 
 from analysis.recordings import Session, StudyRecordings, timestep_blocks
 from analysis.tables.columns import SESSION_COLUMNS, Column, Table
-from analysis.tables.trials import TRIAL_COLUMNS, trial_keys
+from analysis.tables.trial_columns import TRIAL_COLUMNS, trial_keys
 
 Block = Mapping[str, npt.NDArray[Any]]
 Columns = dict[str, Any]

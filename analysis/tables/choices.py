@@ -7,7 +7,7 @@ import numpy as np
 from analysis.recordings import Session, StudyRecordings
 from analysis.tables.blocks import Block, Columns, build_from_blocks, key_columns, names_of
 from analysis.tables.columns import SESSION_COLUMNS, Column, Table
-from analysis.tables.trials import TRIAL_COLUMNS
+from analysis.tables.trial_columns import TRIAL_COLUMNS
 from study.events.codes import ChoiceFlag, ChoiceSource
 from study.events.task_description import TaskDescription
 

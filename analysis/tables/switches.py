@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from analysis.recordings import StudyRecordings
 from analysis.tables.columns import SESSION_COLUMNS, Column, Table
-from analysis.tables.trials import TRIAL_COLUMNS, trial_keys
+from analysis.tables.trial_columns import TRIAL_COLUMNS, trial_keys
 from study.events.codes import ChoiceSource
 from study.events.events import Switched
 

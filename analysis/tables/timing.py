@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from analysis.recordings import Session, StudyRecordings, timestep_blocks
 from analysis.tables.columns import SESSION_COLUMNS, Column, Table
-from analysis.tables.trials import TRIAL_COLUMNS, trial_keys
+from analysis.tables.trial_columns import TRIAL_COLUMNS, trial_keys
 from study.events.events import TimestepSkipped
 from study.events.shell import FrameIntervals
 

@@ -8,19 +8,12 @@ import numpy as np
 
 from analysis.recordings import Session, StudyRecordings, timestep_blocks
 from analysis.tables.columns import SESSION_COLUMNS, Column, Table
+from analysis.tables.deviations import session_rows
 from analysis.tables.sessions import order_text
+from analysis.tables.trial_columns import TRIAL_COLUMNS, trial_keys
 from study.events.codes import Outcome
 from study.events.events import EpisodeEnded, Switched
 from study.events.fields import Record
-
-TRIAL_COLUMNS = (
-    Column("trial_id", "integer", "number of the fleet run in the session, from 0"),
-    Column("phase", "integer", "phase, 1 to 4; 0 is practice"),
-    Column("block", "integer", "number of the block within its phase, from 1"),
-    Column("condition", "label", "name of the condition; empty outside phases three and four"),
-    Column("trial", "integer", "number within the block, from 1"),
-)
-"""What tells one fleet run from another; every table below the session has them."""
 
 COLUMNS = (
     *SESSION_COLUMNS,
@@ -41,21 +34,8 @@ COLUMNS = (
     Column("goals", "integer", "episodes that reached the goal"),
     Column("lost", "integer", "episodes in which the robot was lost"),
     Column("takeovers", "integer", "switches to a robot"),
+    Column("deviations", "label", "codes of the deviations in it, by commas; empty if none"),
 )
-
-
-def trial_keys(session: Session, trial_id: int) -> dict[str, object]:
-    """Return the columns that place a record of a fleet run."""
-    trial = session.trials.get(trial_id)
-    return {
-        "participant": session.opened.participant,
-        "session": session.opened.session_id,
-        "trial_id": trial_id,
-        "phase": trial.phase if trial else 0,
-        "block": trial.block if trial else 0,
-        "condition": trial.condition if trial else "",
-        "trial": trial.trial if trial else 0,
-    }
 
 
 def build(study: StudyRecordings) -> Table:
@@ -70,6 +50,9 @@ def _rows(session: Session) -> list[dict[str, object]]:
     takeovers: dict[int, int] = {}
     for _, event in session.recording.records(EpisodeEnded.topic, Switched.topic):
         _count(event, goals, lost, takeovers)
+    deviations: dict[object, set[str]] = {}
+    for row in session_rows(session):
+        deviations.setdefault(row["trial_id"], set()).add(str(row["code"]))
     broken = set(session.trials) - set(session.trial_ends)
     partial = _partial_rewards(session) if broken else {}
     rows: list[dict[str, object]] = []
@@ -96,6 +79,7 @@ def _rows(session: Session) -> list[dict[str, object]]:
                 "goals": goals.get(trial_id, 0),
                 "lost": lost.get(trial_id, 0),
                 "takeovers": takeovers.get(trial_id, 0),
+                "deviations": ",".join(sorted(deviations.get(trial_id, set()))),
             }
         )
     return rows

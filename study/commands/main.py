@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from study.commands import demo, gallery, recover, replay, run, simulate, validate
+from study.commands import demo, export_foxglove, gallery, recover, replay, run, simulate, validate
 from study.commands.terminal import report_errors
 
 app = typer.Typer(
@@ -19,6 +19,7 @@ app.command("run")(run.run)
 app.command("simulate")(simulate.simulate)
 app.command("replay")(replay.replay)
 app.command("recover")(recover.recover)
+app.command("export-foxglove")(export_foxglove.export_foxglove)
 app.command("gallery")(gallery.gallery)
 app.command("validate")(validate.validate)
 

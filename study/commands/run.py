@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +13,7 @@ from rich.markup import escape
 from study.commands.composing import check_participant
 from study.commands.terminal import console, errors
 from study.errors import StudyError
+from study.foxglove.live_tap import DEFAULT_PORT, LOOPBACK, LiveTap, require_live
 from study.loading import load_protocol
 from study.shell.pygame_check import require_pygame_ce
 
@@ -35,6 +38,19 @@ def run(
     resume: Annotated[  # noqa: FBT002
         bool, typer.Option("--resume", help="Go on with a session that broke off.")
     ] = False,
+    live: Annotated[  # noqa: FBT002
+        bool, typer.Option("--live", help="Let an experimenter watch in Foxglove.")
+    ] = False,
+    live_host: Annotated[
+        str, typer.Option("--live-host", help="Address of the live view.")
+    ] = LOOPBACK[0],
+    live_port: Annotated[
+        int,
+        typer.Option("--live-port", min=0, max=65535, help="Its port; 0: any that is free."),
+    ] = DEFAULT_PORT,
+    lsl: Annotated[  # noqa: FBT002
+        bool, typer.Option("--lsl", help="Publish markers to Lab Streaming Layer.")
+    ] = False,
 ) -> None:
     """Run one session with a person at the keyboard, in a window."""
     from study.commands.resuming import find_boundary  # noqa: PLC0415 - slow to import
@@ -45,6 +61,8 @@ def run(
     )
 
     require_pygame_ce()
+    if live:
+        require_live()
     loaded = load_protocol(protocol)
     window_size = parse_size(size)
     if resume:
@@ -59,23 +77,59 @@ def run(
             f"Participant [bold]{opened.participant}[/], order {' then '.join(opened.order)}: "
             "going on at the last stage entered. Escape pauses."
         )
-        paths, complete = resume_session(
-            loaded, boundary, output, size=window_size, fullscreen=fullscreen
-        )
+        with _live_view(live_host, live_port, wanted=live) as tap:
+            paths, complete = resume_session(
+                loaded,
+                boundary,
+                output,
+                size=window_size,
+                fullscreen=fullscreen,
+                tap=tap,
+                lsl=lsl,
+            )
     else:
         assignment = assign(loaded, participant, output, order=order, seed=seed, again=again)
         console.print(
             f"Participant [bold]{assignment.participant}[/], "
             f"order {' then '.join(assignment.order)}. Escape pauses."
         )
-        paths, complete = run_session(
-            loaded, assignment, output, size=window_size, fullscreen=fullscreen
-        )
+        with _live_view(live_host, live_port, wanted=live) as tap:
+            paths, complete = run_session(
+                loaded,
+                assignment,
+                output,
+                size=window_size,
+                fullscreen=fullscreen,
+                tap=tap,
+                lsl=lsl,
+            )
     for path in paths:
         console.print(f"Recorded in {escape(str(path))}")
     if not complete:
         errors.print("[yellow]The session was ended early; the recording holds what there was.[/]")
         raise typer.Exit(3)
+
+
+@contextmanager
+def _live_view(host: str, port: int, *, wanted: bool) -> Iterator[LiveTap | None]:
+    """Start a live view if one is wanted, and say where it is; end it in the end."""
+    if not wanted:
+        yield None
+        return
+    if host not in LOOPBACK:
+        errors.print(
+            f"[bold yellow]Careful:[/] everyone who can reach {escape(host)} can watch the session."
+        )
+    tap = LiveTap.start(host, port)
+    try:
+        console.print(f"Live view for Foxglove: {escape(tap.url)}")
+        yield tap
+    finally:
+        tap.close()
+        if tap.dropped:
+            why = "it ended early" if tap.ended else "it was too slow"
+            missed = f"The live view missed {tap.dropped} records: {why}."
+            errors.print(f"{missed} The recording has them.")
 
 
 def parse_size(given: str) -> tuple[int, int] | None:

@@ -8,6 +8,8 @@ from collections.abc import Callable
 from contextlib import ExitStack, closing
 from pathlib import Path
 
+from rich.markup import escape
+
 from study.commands.composing import (
     Assignment,
     check_participant,
@@ -24,8 +26,11 @@ from study.commands.resuming import (
     is_complete,
     last_session,
 )
+from study.commands.terminal import errors
 from study.errors import StudyError
-from study.events.inputs import Input
+from study.events.inputs import Input, SessionOpened
+from study.events.shell import Note
+from study.foxglove.live_tap import LiveTap, TappedRecorder
 from study.loading import LoadedProtocol
 from study.recording.failover import FailoverRecorder
 from study.recording.parts import base_name
@@ -34,6 +39,8 @@ from study.shell.conductor import Conductor
 from study.shell.fitting import ProcessFitter
 from study.shell.fleet import open_fleet
 from study.shell.live_loop import LiveClock, LiveLoop
+from study.shell.lsl import open_outlet
+from study.shell.markers import MarkerPublisher
 from study.shell.window import Window
 
 
@@ -93,19 +100,32 @@ def run_session(
     *,
     size: tuple[int, int] | None,
     fullscreen: bool,
+    tap: LiveTap | None = None,
+    lsl: bool = False,
 ) -> tuple[list[Path], bool]:
     """Run a session in a window.
+
+    Args:
+        loaded: the protocol.
+        assignment: who takes part, and in which order.
+        folder: where the recording goes.
+        size: of the window, pixels; None for the protocol's.
+        fullscreen: whether it fills the screen.
+        tap: a live view that gets the records too.
+        lsl: whether markers are published to Lab Streaming Layer.
 
     Returns:
         The recording, one file a part, and whether every stage was passed.
 
     Raises:
         RecordingFailedError: it could not be recorded to its end.
+        StudyError: ``lsl`` is asked for and cannot be had; nothing was recorded then.
     """
     opened = session_opened(loaded, assignment)
     # The writer starts before anything that could take the study down, and ends last.
     recorder = start_failover_recorder(folder, loaded, opened)
-    return _run(loaded, recorder, _Beginning(lambda _: opened), size=size, fullscreen=fullscreen)
+    beginning = _Beginning(lambda _: opened, outlet_of=opened if lsl else None)
+    return _run(loaded, recorder, beginning, size=size, fullscreen=fullscreen, tap=tap)
 
 
 def resume_session(
@@ -115,6 +135,8 @@ def resume_session(
     *,
     size: tuple[int, int] | None,
     fullscreen: bool,
+    tap: LiveTap | None = None,
+    lsl: bool = False,
 ) -> tuple[list[Path], bool]:
     """Go on with a session in a window, from a boundary; see `run_session`."""
     end = find_end(boundary.recording)
@@ -131,8 +153,9 @@ def resume_session(
         session=boundary.session,
         fits=boundary.fits,
         start_ns=end.t_ns + 1,
+        outlet_of=boundary.opened if lsl else None,
     )
-    return _run(loaded, recorder, beginning, size=size, fullscreen=fullscreen)
+    return _run(loaded, recorder, beginning, size=size, fullscreen=fullscreen, tap=tap)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -144,12 +167,14 @@ class _Beginning:
         session: as it is before that.
         fits: what the fleet must know already.
         start_ns: the session's time at the start.
+        outlet_of: the session whose markers are published to Lab Streaming Layer, if they are.
     """
 
     first_input: Callable[[int], Input]
     session: Session = dataclasses.field(default_factory=Session)
     fits: tuple[RestoredFit, ...] = ()
     start_ns: int = 0
+    outlet_of: SessionOpened | None = None
 
 
 def _run(
@@ -159,9 +184,13 @@ def _run(
     *,
     size: tuple[int, int] | None,
     fullscreen: bool,
+    tap: LiveTap | None,
 ) -> tuple[list[Path], bool]:
     with ExitStack() as stack:
         stack.callback(_close, recorder, recorder.sent_sequence)
+        outlet = open_outlet(beginning.outlet_of) if beginning.outlet_of else None
+        if outlet:
+            stack.callback(outlet.close)
         task = loaded.protocol.task
         fleet = stack.enter_context(closing(open_fleet(task.name, task.parameters)))
         for fit in beginning.fits:
@@ -170,11 +199,22 @@ def _run(
         title = loaded.protocol.study.title
         window = stack.enter_context(closing(Window(size, fullscreen=fullscreen, caption=title)))
         session, clock = beginning.session, LiveClock(beginning.start_ns)
+        records_to = recorder if tap is None else TappedRecorder(recorder, tap)
         conductor = Conductor(
-            session, recorder, fleet, fitter, epoch_ns=clock.epoch_ns, waits_for_disk=True
+            session, records_to, fleet, fitter, epoch_ns=clock.epoch_ns, waits_for_disk=True
         )
+        publisher = MarkerPublisher(outlet, clock.now, conductor.observe) if outlet else None
+        if publisher:
+            conductor.watch(publisher.publish)
         conductor.feed(beginning.first_input(clock.now()))
         LiveLoop(conductor, window, recorder, clock).run()
+        if tap is not None:
+            remark = f"live view: {tap.passed} records passed on, {tap.dropped} dropped"
+            conductor.observe(Note(clock.now(), remark))
+    if publisher and publisher.failure:
+        errors.print(
+            f"[yellow]Markers for LSL stopped during the session: {escape(publisher.failure)}[/]"
+        )
     return recorder.close(), session.complete
 
 

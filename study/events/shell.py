@@ -56,4 +56,13 @@ class Note(Record):
     text: str = string(2, "the remark")
 
 
-ShellObservation = ClockPair | DisplayOpened | FrameIntervals | WriterHealth | Note
+@record("shell", "lsl_clock")
+class LslClockPair(Record):
+    """The session's clock and that of Lab Streaming Layer, read together."""
+
+    t_ns: int = fixed64(1, "monotonic time since the session opened", unit="ns")
+    lsl_seconds: float = double(2, "Lab Streaming Layer's clock on this computer", unit="s")
+    uncertainty_ns: int = fixed64(3, "how far apart the two may have been read, at most", unit="ns")
+
+
+ShellObservation = ClockPair | DisplayOpened | FrameIntervals | WriterHealth | Note | LslClockPair

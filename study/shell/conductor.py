@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from study.errors import RecordingFailedError
-from study.events.events import TrialEnded, TrialStarted
+from study.events.events import Event, TrialEnded, TrialStarted
 from study.events.fields import Record
 from study.events.inputs import FitCompleted, FitFailed, FitTimedOut, FleetObserved, Input
 from study.screens import Screen
@@ -29,6 +29,9 @@ from study.shell.fitting import FitAnswer, Fitter
 from study.shell.fleet import Fleet
 
 DURABLE_TIMEOUT_S = 10.0
+
+Watcher = Callable[[Sequence[tuple[int, Event]]], None]
+"""Sees the events of one input with their sequence numbers. It must not raise nor wait."""
 
 
 class Recorder(Protocol):
@@ -87,6 +90,11 @@ class Conductor:
         self.finished = False
         self.trial_id = -1
         self.longest_disk_wait_s = 0.0
+        self._watchers: list[Watcher] = []
+
+    def watch(self, watcher: Watcher) -> None:
+        """Let a watcher see all further events, once they were handed to the recorder."""
+        self._watchers.append(watcher)
 
     def observe(self, record: Record) -> None:
         """Record what the shell noticed; the session does not hear of it."""
@@ -100,7 +108,7 @@ class Conductor:
         """
         step = self._handled(given)
         records: list[Record] = [given, *step.events]
-        self._recorder.write_together(
+        last = self._recorder.write_together(
             [(record, self._epoch_ns + record.t_ns) for record in records]
         )
         for event in step.events:
@@ -108,6 +116,10 @@ class Conductor:
                 self.trial_id = event.trial_id
             elif isinstance(event, TrialEnded):
                 self.trial_id = -1
+        if step.events:
+            numbered = list(enumerate(step.events, last - len(step.events) + 1))
+            for watcher in self._watchers:
+                watcher(numbered)
         for effect in step.effects:
             self._carry_out(effect)
 

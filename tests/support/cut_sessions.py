@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from short_study import opened, short_study
@@ -41,8 +42,12 @@ def drive(
     first: Input,
     boundary: Boundary | None = None,
     pause_s: float = 0.0,
+    prepare: Callable[[Conductor, Callable[[], int]], None] = lambda *_: None,
 ) -> None:
-    """Drive a session to its end by a simulated operator."""
+    """Drive a session to its end by a simulated operator.
+
+    ``prepare`` is called with the conductor and what tells the session's time, before the start.
+    """
     task = loaded.protocol.task
     fleet, fitter = open_fleet(task.name, task.parameters), InlineFitter(loaded.description)
     for fit in boundary.fits if boundary else ():
@@ -58,6 +63,7 @@ def drive(
         waits_for_disk=False,
         on_show=lambda _: time.sleep(pause_s),
     )
+    prepare(conductor, lambda: clock.now_ns)
     try:
         conductor.feed(first)
         run_virtual(conductor, SimulatedOperator(draw_parameters(1, 0), 5), clock)

@@ -1,0 +1,154 @@
+"""Writes a session anew for Foxglove: its own messages, and scene messages made of them."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.metadata
+from collections.abc import Callable
+from pathlib import Path
+
+from mcap.writer import Writer
+
+from study.errors import RecordingError
+from study.events.fields import record_types
+from study.foxglove.scene_builder import SceneBuilder
+from study.foxglove.schemas import SCENE_TYPES, schema_descriptors, schema_name
+from study.recording.descriptors import descriptor_set, message_name
+from study.recording.durable_file import DurableFile
+from study.recording.parts import SessionRecording, read_session
+
+PROFILE = "scaled_autonomy_foxglove"
+"""Not the profile of a recording, nor are there its metadata: it is never taken for one."""
+
+_CHUNK_BYTES = 1 << 20
+_REPORT_EVERY = 1000
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Exported:
+    """What an export gave.
+
+    Attributes:
+        path: the new file.
+        records: number of the session's own messages in it.
+        scene_messages: number of messages made for Foxglove.
+        unknown_records: messages left out, since their topics are declared nowhere here.
+        without_scene: in words, why there is no scene; empty if there is one.
+        problems: in words, what of the session was missing or could not be read.
+    """
+
+    path: Path
+    records: int
+    scene_messages: int
+    unknown_records: int
+    without_scene: str
+    problems: tuple[str, ...]
+
+
+def export(
+    source: Path,
+    target: Path,
+    rate_hz: float,
+    progress: Callable[[int, int], object] | None = None,
+) -> Exported:
+    """Write a session, with all its parts, and its scene into a new file.
+
+    Args:
+        source: one of the session's files, whole or damaged; only read.
+        target: the new file, ``*.mcap``; it must not exist. Readable by its owner only.
+        rate_hz: scene messages a second, at most.
+        progress: told now and then how many records are done, of how many.
+
+    Raises:
+        RecordingError: the source is no recording of ours, or the target cannot be written.
+    """
+    session = read_session(source)
+    try:
+        target.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        file = DurableFile(target)
+    except FileExistsError as error:
+        raise RecordingError(
+            f"{error.filename} exists already", "Choose another name with --output."
+        ) from error
+    except OSError as error:
+        raise _unwritable(target, error) from error
+    try:
+        done = _write(file, session, rate_hz, progress)
+        return dataclasses.replace(done, path=file.publish())
+    except OSError as error:
+        file.discard()
+        raise _unwritable(target, error) from error
+    except BaseException:
+        file.discard()
+        raise
+
+
+def _unwritable(target: Path, error: OSError) -> RecordingError:
+    return RecordingError(f"{target} cannot be written: {error.strerror}", "Choose another place.")
+
+
+def _write(
+    file: DurableFile,
+    session: SessionRecording,
+    rate_hz: float,
+    progress: Callable[[int, int], object] | None,
+) -> Exported:
+    writer = Writer(file, chunk_size=_CHUNK_BYTES, enable_data_crcs=True)  # type: ignore[arg-type]
+    version = importlib.metadata.version("scaled-autonomy")
+    writer.start(PROFILE, f"scaled-autonomy {version}")
+    writer.add_metadata(
+        PROFILE,
+        {
+            "session_id": session.session_id,
+            "exported_from": ", ".join(part.path.name for part in session.parts),
+            "exported_from_sha256": session.sha256,
+            "scene_rate_hz": f"{rate_hz:g}",
+        },
+    )
+    for name, data in session.attachments.items():
+        writer.add_attachment(0, 0, name, "text/plain", data)
+    channels = _register(writer)
+    builder = SceneBuilder(rate_hz)
+    total = sum(len(part.sequences) for part in session.parts)
+    records = scenes = unknown = 0
+    for place, raw in enumerate(session.raw()):
+        if progress and place % _REPORT_EVERY == 0:
+            progress(place, total)
+        channel = channels.get(raw.topic)
+        if channel is None:
+            unknown += 1
+            continue
+        records += 1
+        writer.add_message(channel, raw.log_time_ns, raw.data, raw.log_time_ns, raw.sequence)
+        for made in builder.take(raw.topic, raw.log_time_ns, raw.data):
+            scenes += 1
+            time_ns = made.log_time_ns
+            writer.add_message(channels[made.topic], time_ns, made.data, time_ns, scenes)
+    writer.finish()  # type: ignore[no-untyped-call]
+    if progress:
+        progress(total, total)
+    return Exported(
+        path=file.final_path,
+        records=records,
+        scene_messages=scenes,
+        unknown_records=unknown,
+        without_scene=builder.without_scene if records else "",
+        problems=session.problems,
+    )
+
+
+def _register(writer: Writer) -> dict[str, int]:
+    """Declare every topic; return its channel. Schemas are those of this program.
+
+    A recording's own may lack fields added since, and have no others: numbers are never reused.
+    """
+    channels = {}
+    for topic, record_type in record_types().items():
+        schema = writer.register_schema(
+            message_name(record_type), "protobuf", descriptor_set(topic)
+        )
+        channels[topic] = writer.register_channel(topic, "protobuf", schema)
+    for topic in SCENE_TYPES:
+        schema = writer.register_schema(schema_name(topic), "protobuf", schema_descriptors(topic))
+        channels[topic] = writer.register_channel(topic, "protobuf", schema)
+    return channels

@@ -1,0 +1,52 @@
+"""Descriptors of Foxglove's own message types, as MCAP files and its live protocol carry them."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from google.protobuf import descriptor_pb2
+from google.protobuf.message import Message
+
+MAP_TOPIC = "scene/map"
+ROBOTS_TOPIC = "scene/robots"
+POSES_TOPIC = "scene/poses"
+TRANSFORMS_TOPIC = "scene/transforms"
+LOG_TOPIC = "scene/log"
+
+SCENE_TYPES: dict[str, type[Message]] = {
+    MAP_TOPIC: SceneUpdate,
+    ROBOTS_TOPIC: SceneUpdate,
+    POSES_TOPIC: PosesInFrame,
+    TRANSFORMS_TOPIC: FrameTransforms,
+    LOG_TOPIC: Log,
+}
+"""What is made of a recording for Foxglove: topic to message type."""
+
+
+def schema_name(topic: str) -> str:
+    """Return the full protobuf name of a scene topic's messages: ``foxglove.SceneUpdate``."""
+    return SCENE_TYPES[topic].DESCRIPTOR.full_name
+
+
+@cache
+def schema_descriptors(topic: str) -> bytes:
+    """Return the serialized ``FileDescriptorSet`` of a scene topic, what it imports first."""
+    files: dict[str, Any] = {}
+
+    # Any: the classes of protobuf's compiled and pure implementations have no common name.
+    def add(file: Any) -> None:  # noqa: ANN401
+        for imported in file.dependencies:
+            if imported.name not in files:
+                add(imported)
+        files[file.name] = file
+
+    add(SCENE_TYPES[topic].DESCRIPTOR.file)
+    found = descriptor_pb2.FileDescriptorSet()
+    for file in files.values():
+        file.CopyToProto(found.file.add())
+    return found.SerializeToString(deterministic=True)
