@@ -204,7 +204,7 @@ class FailoverRecorder:
         if self._untold:
             self._untold = ""
         elif not self._comes_round():
-            self._fail_over(reason)
+            self._fail_over(self._recorder.report.cause[0] or reason)
         return self._part
 
     def ensure_durable(self, timeout_s: float) -> bool:
@@ -223,7 +223,7 @@ class FailoverRecorder:
             fault = self.check(time.perf_counter_ns()) if not self._untold else self._fault_again()
             if fault:
                 if not self._comes_round():
-                    self._fail_over(fault)
+                    self._fail_over(self._recorder.report.cause[0] or fault)
                 self._untold = fault
             elif time.monotonic() > deadline:
                 return False

@@ -74,6 +74,10 @@ def has(folder: Path, kind: type[Record]) -> bool:
     return any(isinstance(record, kind) for _, record in recorded(folder))
 
 
+def timesteps_due(numbered: list[tuple[int, Record]]) -> int:
+    return sum(isinstance(record, TimestepDue) for _, record in numbered)
+
+
 def writer_of(study: subprocess.Popen[str]) -> int:
     """Return the process id of the study's present writer."""
     children = Path(f"/proc/{study.pid}/task/{study.pid}/children").read_text().split()
@@ -164,6 +168,7 @@ def test_a_study_that_stands_still_goes_on_without_a_burst(tmp_path: Path) -> No
             on_disk = recorded(folder)
             time.sleep(1.0)
         study.send_signal(signal.SIGCONT)
+        wait_for(lambda: timesteps_due(recorded(folder)) > timesteps_due(on_disk))
         time.sleep(1.0)
         study.send_signal(signal.SIGTERM)
         assert study.wait(PATIENCE_S) == 3

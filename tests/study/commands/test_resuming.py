@@ -26,7 +26,14 @@ from study.commands.composing import start_failover_recorder
 from study.commands.resuming import End, find_boundary, last_session
 from study.commands.running import assign
 from study.errors import RecordingError, StudyError
-from study.events.events import Deviation, FitApplied, Timestep, TrialEnded, TrialStarted
+from study.events.events import (
+    Deviation,
+    FitApplied,
+    StageEntered,
+    Timestep,
+    TrialEnded,
+    TrialStarted,
+)
 from study.events.inputs import FitCompleted, SessionResumed
 from study.loading import load_protocol
 from study.recording.file_lock import hold
@@ -177,9 +184,9 @@ def test_killed_processes_are_resumed(tmp_path: Path, undisturbed: SessionRecord
         command = [sys.executable, cut_sessions.__file__, str(folder), "0.02"]
         study = subprocess.Popen(command, start_new_session=True)
         deadline = time.monotonic() + PATIENCE_S
-        while not any(folder.glob("*.part")) and time.monotonic() < deadline:
-            time.sleep(0.02)
-        time.sleep(0.3 + 5.0 * chance.random())
+        while not _reached_a_stage(folder) and time.monotonic() < deadline:
+            time.sleep(0.1)
+        time.sleep(5.0 * chance.random())
         study.kill()
         study.wait()
         (path,) = _settled(folder)
@@ -187,6 +194,17 @@ def test_killed_processes_are_resumed(tmp_path: Path, undisturbed: SessionRecord
             continue
         path = resume(find_boundary(study_loaded(), "P01", folder), folder)
         check_whole(path, 2, undisturbed)
+
+
+def _reached_a_stage(folder: Path) -> bool:
+    """Return whether anything that can be resumed is on disk."""
+    try:
+        return any(
+            of_type(read_session(path), StageEntered)
+            for path in (*folder.glob("*.part"), *folder.glob("*.mcap"))
+        )
+    except (StudyError, FileNotFoundError):
+        return False
 
 
 def _settled(folder: Path) -> list[Path]:
