@@ -39,7 +39,7 @@ class Answers:
     @property
     def size(self) -> int:
         """Number of parameters: J - 1 thresholds, p coefficients, sigma."""
-        return self.categories - 1 + self.x.shape[1] + 1
+        return int(self.categories - 1 + self.x.shape[1] + 1)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -128,7 +128,7 @@ def maximise(given: Answers) -> Maximum:
     gradient, hessian = _derivatives(given, current)
     definite = bool(np.linalg.eigvalsh(hessian).max() < 0)
     steep = float(np.abs(gradient).max()) > 1e-3
-    covariance = np.linalg.pinv(-hessian, hermitian=True)
+    covariance: Floats = np.linalg.pinv(-hessian, hermitian=True).astype(np.float64)
     return Maximum(current, covariance, best, (converged or not steep) and definite)
 
 

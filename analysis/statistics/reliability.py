@@ -69,6 +69,6 @@ def cronbach_alpha(
 
 
 def _alpha(scores: npt.NDArray[np.float64]) -> float:
-    k = scores.shape[1]
+    k = int(scores.shape[1])
     total = float(np.var(scores.sum(axis=1), ddof=1))
     return k / (k - 1) * (1 - float(np.var(scores, axis=0, ddof=1).sum()) / total)

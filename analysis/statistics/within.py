@@ -19,9 +19,9 @@ import pandas as pd
 from scipy import linalg, stats
 
 from analysis.statistics.cells import cell_means
-from analysis.statistics.effect_sizes import EffectSize, partial_eta_squared
+from analysis.statistics.effect_sizes import partial_eta_squared
 from analysis.statistics.pairs import SMALLEST_N, not_finite
-from analysis.statistics.result import Check, EffectResult, Refusal
+from analysis.statistics.result import Check, EffectResult, EffectSize, Refusal
 
 Floats = npt.NDArray[np.float64]
 JOINT = " / "

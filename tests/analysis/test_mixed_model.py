@@ -289,10 +289,12 @@ def test_balanced_factorial_has_the_error_terms_of_anova() -> None:
         error = np.sum((centred - centred.mean(axis=0)) ** 2) / ((k - 1) * (n - 1))
         result = model.test(factor)
         assert result.statistic == pytest.approx(effect / error, rel=1e-6)
-        assert (result.df1, result.df2) == (k - 1, pytest.approx((k - 1) * (n - 1), rel=1e-6))
+        assert result.df1 == k - 1
+        assert result.df2 == pytest.approx((k - 1) * (n - 1), rel=1e-6)
     crossed = model.test("a:b")
     whole = 9 * 12 * 3 - 1 - 8 - 2 - 16 - 3 - 24 - 6
-    assert (crossed.df1, crossed.df2) == (6, pytest.approx(whole, rel=1e-6))
+    assert crossed.df1 == 6
+    assert crossed.df2 == pytest.approx(whole, rel=1e-6)
     satterthwaite = {r.name.split(": ", 1)[1]: r for r in model.satterthwaite}
     assert satterthwaite["a"].df2 == pytest.approx(16, rel=1e-5)
     assert len(model.contrasts) == 3
@@ -321,7 +323,7 @@ def test_estimates_agree_with_statsmodels_on_unbalanced_data() -> None:
     assert model.components[-1].value == pytest.approx(other.scale, rel=1e-3)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(st.integers(0, 10_000), st.floats(0.01, 100), st.floats(-50, 50))
 def test_balanced_condition_f_is_the_paired_t_squared(
     seed: int, scale: float, shift: float

@@ -46,7 +46,7 @@ class Moments:
     @property
     def p(self) -> int:
         """Number of fixed coefficients."""
-        return self.r.shape[0]
+        return int(self.r.shape[0])
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
