@@ -156,8 +156,8 @@ def joined(parts: Sequence[Table]) -> Table:
     for column in first.columns:
         pieces = [part.frame[column.name] for part in parts]
         if column.dtype == "label":
-            # By way of their categories: concatenation alone would fall back to plain text.
-            data[column.name] = pd.api.types.union_categoricals(pieces, sort_categories=True)
+            # As plain text: a session without rows has categories of no type to unite.
+            data[column.name] = pd.concat([p.astype("str") for p in pieces], ignore_index=True)
         else:
             data[column.name] = pd.concat(pieces, ignore_index=True)
     return Table(first.name, first.text, first.columns, data)
