@@ -136,5 +136,5 @@ def _inverse(information: Floats) -> Floats:
     scale = np.sqrt(np.diag(information))
     scale[scale == 0] = 1.0
     balanced = information / np.outer(scale, scale)
-    inverse: Floats = np.linalg.pinv(balanced, rcond=1e-11, hermitian=True).astype(np.float64)
-    return inverse / np.outer(scale, scale)
+    inverse = np.linalg.pinv(balanced, rcond=1e-11, hermitian=True) / np.outer(scale, scale)
+    return np.asarray(inverse, dtype=np.float64)
