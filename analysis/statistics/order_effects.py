@@ -1,4 +1,4 @@
-"""Orders used, and means by condition, order and period: described; `crossover` tests."""
+"""Orders used, and the mean under each condition by order and period: described, not tested."""
 
 from __future__ import annotations
 
