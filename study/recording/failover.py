@@ -204,7 +204,7 @@ class FailoverRecorder:
         if self._untold:
             self._untold = ""
         elif not self._comes_round():
-            self._fail_over(self._recorder.report.cause[0] or reason)
+            self._fail_over(reason)
         return self._part
 
     def ensure_durable(self, timeout_s: float) -> bool:
@@ -223,7 +223,7 @@ class FailoverRecorder:
             fault = self.check(time.perf_counter_ns()) if not self._untold else self._fault_again()
             if fault:
                 if not self._comes_round():
-                    self._fail_over(self._recorder.report.cause[0] or fault)
+                    self._fail_over(fault)
                 self._untold = fault
             elif time.monotonic() > deadline:
                 return False
@@ -284,6 +284,8 @@ class FailoverRecorder:
         if self._failure is not None:
             raise self._failure
         for _ in range(ATTEMPTS):
+            # What seemed a stall may have turned out to be something else meanwhile.
+            reason = self._recorder.report.cause[0] or reason
             kept = self._give_up_part(reason)
             try:
                 self._part += 1
@@ -295,8 +297,8 @@ class FailoverRecorder:
                 raise self._lost(reason, error.hint, f" No other part: {error.message}.") from error
             if self._comes_round():
                 return
-            reason = self._recorder.report.cause[0] or reason
-        hint = self._recorder.report.cause[1]
+        cause, hint = self._recorder.report.cause
+        reason = cause or reason
         self._give_up_part(reason)
         raise self._lost(reason, hint)
 
