@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -77,32 +78,16 @@ def run(
             f"Participant [bold]{opened.participant}[/], order {' then '.join(opened.order)}: "
             "going on at the last stage entered. Escape pauses."
         )
-        with _live_view(live_host, live_port, wanted=live) as tap:
-            paths, complete = resume_session(
-                loaded,
-                boundary,
-                output,
-                size=window_size,
-                fullscreen=fullscreen,
-                tap=tap,
-                lsl=lsl,
-            )
+        session = partial(resume_session, loaded, boundary, output)
     else:
         assignment = assign(loaded, participant, output, order=order, seed=seed, again=again)
         console.print(
             f"Participant [bold]{assignment.participant}[/], "
             f"order {' then '.join(assignment.order)}. Escape pauses."
         )
-        with _live_view(live_host, live_port, wanted=live) as tap:
-            paths, complete = run_session(
-                loaded,
-                assignment,
-                output,
-                size=window_size,
-                fullscreen=fullscreen,
-                tap=tap,
-                lsl=lsl,
-            )
+        session = partial(run_session, loaded, assignment, output)
+    with _live_view(live_host, live_port, wanted=live) as tap:
+        paths, complete = session(size=window_size, fullscreen=fullscreen, tap=tap, lsl=lsl)
     for path in paths:
         console.print(f"Recorded in {escape(str(path))}")
     if not complete:

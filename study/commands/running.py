@@ -39,7 +39,7 @@ from study.shell.conductor import Conductor
 from study.shell.fitting import ProcessFitter
 from study.shell.fleet import open_fleet
 from study.shell.live_loop import LiveClock, LiveLoop
-from study.shell.lsl import open_outlet
+from study.shell.lsl import LslOutlet
 from study.shell.markers import MarkerPublisher
 from study.shell.window import Window
 
@@ -188,7 +188,7 @@ def _run(
 ) -> tuple[list[Path], bool]:
     with ExitStack() as stack:
         stack.callback(_close, recorder, recorder.sent_sequence)
-        outlet = open_outlet(beginning.outlet_of) if beginning.outlet_of else None
+        outlet = LslOutlet(beginning.outlet_of) if beginning.outlet_of else None
         if outlet:
             stack.callback(outlet.close)
         task = loaded.protocol.task

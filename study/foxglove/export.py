@@ -10,10 +10,8 @@ from pathlib import Path
 from mcap.writer import Writer
 
 from study.errors import RecordingError
-from study.events.fields import record_types
 from study.foxglove.scene_builder import SceneBuilder
-from study.foxglove.schemas import SCENE_TYPES, schema_descriptors, schema_name
-from study.recording.descriptors import descriptor_set, message_name
+from study.foxglove.schemas import every_schema
 from study.recording.durable_file import DurableFile
 from study.recording.parts import SessionRecording, read_session
 
@@ -138,17 +136,9 @@ def _write(
 
 
 def _register(writer: Writer) -> dict[str, int]:
-    """Declare every topic; return its channel. Schemas are those of this program.
-
-    A recording's own may lack fields added since, and have no others: numbers are never reused.
-    """
+    """Declare every topic; return its channel."""
     channels = {}
-    for topic, record_type in record_types().items():
-        schema = writer.register_schema(
-            message_name(record_type), "protobuf", descriptor_set(topic)
-        )
-        channels[topic] = writer.register_channel(topic, "protobuf", schema)
-    for topic in SCENE_TYPES:
-        schema = writer.register_schema(schema_name(topic), "protobuf", schema_descriptors(topic))
+    for topic, name, descriptors in every_schema():
+        schema = writer.register_schema(name, "protobuf", descriptors)
         channels[topic] = writer.register_channel(topic, "protobuf", schema)
     return channels

@@ -19,11 +19,9 @@ from foxglove.websocket import ChannelView, Client, ServerListener
 
 from study.errors import RecordingError
 from study.events.events import SessionStarted, StageEntered, TrialStarted
-from study.events.fields import record_types
 from study.events.inputs import SessionOpened
 from study.foxglove.scene_builder import SceneBuilder
-from study.foxglove.schemas import MAP_TOPIC, SCENE_TYPES, schema_descriptors, schema_name
-from study.recording.descriptors import descriptor_set, message_name
+from study.foxglove.schemas import MAP_TOPIC, every_schema
 from study.recording.framing import FrameKind, FrameSplitter, split_messages
 from study.recording.opening import channel_numbers
 
@@ -51,11 +49,11 @@ class LiveServer(ServerListener):
         # Kept: channels go with their context.
         self._context = context = foxglove.Context()
         self._channels: dict[str, foxglove.Channel] = {}
-        for topic, record_type in record_types().items():
-            name = message_name(record_type)
-            self._add(context, topic, name, descriptor_set(topic))
-        for topic in SCENE_TYPES:
-            self._add(context, topic, schema_name(topic), schema_descriptors(topic))
+        for topic, name, descriptors in every_schema():
+            schema = foxglove.Schema(name=name, encoding="protobuf", data=descriptors)
+            self._channels[topic] = foxglove.Channel(
+                topic, schema=schema, message_encoding="protobuf", context=context
+            )
         self._topics = {number: topic for topic, number in channel_numbers().items()}
         self._builder = SceneBuilder()
         self._lasting: dict[str, tuple[int, bytes]] = {}
@@ -103,12 +101,6 @@ class LiveServer(ServerListener):
     def stop(self) -> None:
         """Stop listening."""
         self._server.stop()
-
-    def _add(self, context: foxglove.Context, topic: str, name: str, descriptors: bytes) -> None:
-        schema = foxglove.Schema(name=name, encoding="protobuf", data=descriptors)
-        self._channels[topic] = foxglove.Channel(
-            topic, schema=schema, message_encoding="protobuf", context=context
-        )
 
 
 def say(answer: dict[str, object]) -> None:

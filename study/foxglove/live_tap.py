@@ -13,19 +13,17 @@ import json
 import os
 import select
 import subprocess
-import sys
 import time
 from collections import deque
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Self
 
-import study
 from study.errors import StudyError
 from study.events.fields import Record
 from study.recording.failover import FailoverRecorder
 from study.recording.framing import MESSAGE_HEADER, FrameKind, frame
 from study.recording.opening import channel_numbers
+from study.recording.spawning import spawn_apart
 from study.recording.wire import encode
 
 QUEUE_BYTES = 4 * 2**20
@@ -74,19 +72,7 @@ class LiveTap:
             StudyError: it is not installed or not available here, or cannot listen there.
         """
         require_live()
-        # As for the writer: this very code, wherever the study was started from.
-        source = str(Path(study.__file__ or "").parent.parent)
-        inherited = os.environ.get("PYTHONPATH")
-        search_path = os.pathsep.join([source, inherited]) if inherited else source
-        process = subprocess.Popen(
-            [sys.executable, "-m", "study.foxglove.live_server", host, str(port)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            bufsize=0,
-            env={**os.environ, "PYTHONPATH": search_path},
-            start_new_session=True,
-        )
+        process = spawn_apart("study.foxglove.live_server", host, str(port))
         answer = _first_line(process, START_TIMEOUT)
         if "port" not in answer:
             process.kill()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
@@ -11,6 +12,9 @@ from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from google.protobuf import descriptor_pb2
 from google.protobuf.message import Message
+
+from study.events.fields import record_types
+from study.recording.descriptors import descriptor_set, message_name
 
 MAP_TOPIC = "scene/map"
 ROBOTS_TOPIC = "scene/robots"
@@ -50,3 +54,15 @@ def schema_descriptors(topic: str) -> bytes:
     for file in files.values():
         file.CopyToProto(found.file.add())
     return found.SerializeToString(deterministic=True)
+
+
+def every_schema() -> Iterator[tuple[str, str, bytes]]:
+    """Yield topic, schema name and descriptors: those of recordings, then those made of them.
+
+    Schemas are those of this program. A recording's own may lack fields added since, and have no
+    others: numbers are never reused.
+    """
+    for topic, record_type in record_types().items():
+        yield topic, message_name(record_type), descriptor_set(topic)
+    for topic in SCENE_TYPES:
+        yield topic, schema_name(topic), schema_descriptors(topic)

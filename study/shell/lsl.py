@@ -9,7 +9,6 @@ from typing import Any
 
 from study.errors import StudyError
 from study.events.inputs import SessionOpened
-from study.shell.markers import Outlet
 
 STREAM_NAME = "scaled_autonomy"
 STREAM_TYPE = "Markers"
@@ -68,11 +67,6 @@ class LslOutlet:
         if self.has_consumers():
             time.sleep(_LAST_WORDS_S)
         self._outlet = None
-
-
-def open_outlet(opened: SessionOpened) -> Outlet:
-    """Open the stream of a session; see `LslOutlet`."""
-    return LslOutlet(opened)
 
 
 def load_pylsl() -> ModuleType:
