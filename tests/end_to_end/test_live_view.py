@@ -20,6 +20,7 @@ from typing import Any
 import pytest
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 
+from children import child_of
 from patience import PATIENCE_S
 from protocols import variant
 from study.events.shell import Note
@@ -131,16 +132,6 @@ def watching(url: str) -> Iterator[Viewer]:
         yield Viewer(connection)
 
 
-def live_process(study: subprocess.Popen[str]) -> int:
-    children = Path(f"/proc/{study.pid}/task/{study.pid}/children").read_text().split()
-    (found,) = [
-        int(child)
-        for child in children
-        if b"study.foxglove.live_server" in Path(f"/proc/{child}/cmdline").read_bytes()
-    ]
-    return found
-
-
 def note_of(folder: Path) -> str:
     """Return what the recording says of the live view."""
     (path,) = folder.glob("*.mcap")
@@ -174,7 +165,7 @@ def test_a_viewer_sees_a_trial_and_a_lost_view_costs_nothing(tmp_path: Path) -> 
             seen = viewer.receive("event/timestep", "scene/robots", "scene/poses")
             assert len(seen["scene/poses"].poses) == seen["event/timestep"].robots == 1
             assert seen["scene/robots"].entities[0].id == "robot_1"
-        live = live_process(study)
+        live = child_of(study, "study.foxglove.live_server")
         os.kill(live, signal.SIGSTOP)
         time.sleep(1.5)
         os.kill(live, signal.SIGKILL)

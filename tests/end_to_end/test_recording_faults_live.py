@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from children import child_of
 from patience import PATIENCE_S
 from protocols import variant
 from recording_parts import Merged, parts_in
@@ -80,13 +81,7 @@ def timesteps_due(numbered: list[tuple[int, Record]]) -> int:
 
 def writer_of(study: subprocess.Popen[str]) -> int:
     """Return the process id of the study's present writer."""
-    children = Path(f"/proc/{study.pid}/task/{study.pid}/children").read_text().split()
-    (writer,) = [
-        int(child)
-        for child in children
-        if b"study.recording.writer" in Path(f"/proc/{child}/cmdline").read_bytes()
-    ]
-    return writer
+    return child_of(study, "study.recording.writer")
 
 
 def assert_replays(folder: Path) -> list[Record]:
