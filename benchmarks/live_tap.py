@@ -1,6 +1,6 @@
 """What a live view costs a tick: handing one timestep's records on, with and without it.
 
-    python benchmarks/live_tap.py [TICKS]
+    python -m benchmarks.live_tap [TICKS]
 
 Both are measured in one run, in turns, against the same writer process; the times are CPU time of
 this process, the stalls wall time.
@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from study.events.events import Timestep
+from benchmarks.made_up_sessions import machine, timesteps
 from study.events.fields import Record
 from study.events.inputs import FleetObserved, TimestepDue
 from study.foxglove.live_tap import LiveTap, TappedRecorder
@@ -26,16 +26,9 @@ ROUNDS = 10
 
 def records_of_a_tick(robots: int) -> list[Record]:
     """Return what one timestep of n robots records."""
-    states = np.random.default_rng(0).random((robots, 4), np.float32)
-    zeros, numbers = np.zeros(robots, np.float32), np.zeros(robots, np.int32)
-    scores = np.zeros(robots)
-    return [
-        TimestepDue(1, 0),
-        Timestep(
-            1, 1, 0, 0, robots, 0, 1, 0, states, numbers, numbers, zeros, numbers, numbers, scores
-        ),
-        FleetObserved(1, 0, robots, states, zeros, numbers, numbers, scores),
-    ]
+    (step,) = timesteps(robots, 1)
+    seen = (step.states, step.rewards, step.outcomes, step.actions, step.scores)
+    return [TimestepDue(1, 0), step, FleetObserved(1, 0, robots, *seen)]
 
 
 def measure(recorder: Recorder | TappedRecorder, records: list[Record], ticks: int) -> np.ndarray:
@@ -53,6 +46,7 @@ def measure(recorder: Recorder | TappedRecorder, records: list[Record], ticks: i
 
 def main(arguments: list[str]) -> None:
     """Print a line for each fleet size."""
+    print(machine())
     ticks = int(arguments[0]) if arguments else 200
     for robots in (12, 1000):
         records = records_of_a_tick(robots)
