@@ -15,6 +15,7 @@ from analysis.statistics.result import EffectResult, EffectSize, Interval
 NO_BREAK = "\u00a0"
 _SYMBOLS = {
     "d_z": Markup("<i>d<sub>z</sub></i>"),
+    "g_z": Markup("<i>g<sub>z</sub></i>"),
     "r_rb": Markup("<i>r</i><sub>rb</sub>"),
     "partial eta squared": Markup("partial η²"),
     "generalised eta squared": Markup("generalised η²"),

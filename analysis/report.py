@@ -12,7 +12,17 @@ from markupsafe import Markup
 
 from analysis import formatting
 from analysis.results import StudyResults
-from analysis.sections import policies, provenance, quality, ratings, reward, scorers, summary
+from analysis.sections import (
+    policies,
+    provenance,
+    quality,
+    ratings,
+    reward,
+    robustness,
+    scorers,
+    summary,
+)
+from analysis.statistics.cumulative_link import CumulativeLink
 from analysis.statistics.result import EffectResult
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -45,6 +55,7 @@ def render_report(results: StudyResults) -> str:
         listed=formatting.listed,
     )
     environment.tests["computed"] = lambda outcome: isinstance(outcome, EffectResult)
+    environment.tests["fitted"] = lambda outcome: isinstance(outcome, CumulativeLink)
     style = environment.get_template("style.css.j2").render(
         fonts=[(name, weight, slant, _font(name)) for name, weight, slant in FONTS],
         footer=results.label.short if results.label.simulated else "",
@@ -69,6 +80,7 @@ def _context(results: StudyResults) -> dict[str, Any]:
         ("summary", "Summary"),
         ("reward", "Team reward"),
         ("order", "Learning and order"),
+        ("robustness", "Robustness"),
         ("ratings", "Ratings"),
         ("scorers", "Learned scorers"),
         ("scorer-quality", "Scorer quality"),
@@ -94,6 +106,9 @@ def _context(results: StudyResults) -> dict[str, Any]:
         "order_finding": reward.order_finding(results),
         "period_finding": reward.period_finding(results),
         "order_caption": reward.order_caption(results),
+        "robustness_findings": robustness.findings(results),
+        "order_tests": robustness.order_tests(results),
+        "robustness_refusals": robustness.refusals(results),
         "rating_figure": ratings.figure(results),
         "rating_finding": ratings.finding(results),
         "rating_label": ratings.label,

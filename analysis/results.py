@@ -8,14 +8,13 @@ from analysis.data_label import DataLabel, data_label
 from analysis.measures import AnalysedData, analysed_data
 from analysis.protocol_facts import ProtocolFacts, protocol_facts
 from analysis.recordings import StudyRecordings
+from analysis.robustness import Robustness, reward_tests, robustness
 from analysis.statistics.cells import Cells, cell_means
 from analysis.statistics.likert import LikertRow, likert_rows
 from analysis.statistics.order_effects import OrderRow, describe_orders
 from analysis.statistics.phase_four import PhaseFour, phase_four
 from analysis.statistics.pooled_trials import condition_and_trial, condition_trial_order
 from analysis.statistics.result import EffectResult, Outcome
-from analysis.statistics.rm_anova import rm_anova
-from analysis.statistics.wilcoxon import signed_rank
 from analysis.tables.study_tables import StudyTables
 from study.events.codes import Phase
 
@@ -36,6 +35,7 @@ class StudyResults:
         primary: the primary test.
         sensitivity: other tests of the same question.
         comparison: the paper's form.
+        robustness: the difference from other sides; None unless two conditions were compared.
         orders: description by order.
         ratings: a row for each item and occasion.
         phase_four: policies on their own.
@@ -50,6 +50,7 @@ class StudyResults:
     primary: Outcome
     sensitivity: tuple[Outcome, ...]
     comparison: tuple[Outcome, ...]
+    robustness: Robustness | None
     orders: tuple[OrderRow, ...]
     ratings: tuple[LikertRow, ...]
     phase_four: PhaseFour
@@ -59,6 +60,11 @@ class StudyResults:
         """Labels of the conditions, the reference first."""
         return tuple(condition.label for condition in self.facts.conditions)
 
+    @property
+    def by_trial(self) -> bool:
+        """Whether the primary test is that of the trials, as participants lack some."""
+        return isinstance(self.primary, EffectResult) and self.primary.method == "Kenward-Roger"
+
 
 def compute_results(study: StudyRecordings, tables: StudyTables) -> StudyResults:
     """Run every analysis; what cannot be computed is a refusal, never an error."""
@@ -67,7 +73,8 @@ def compute_results(study: StudyRecordings, tables: StudyTables) -> StudyResults
     levels = facts.levels
     cells = cell_means(data.trials, "team_reward", levels, what="complete trials")
     cells = dataclasses.replace(cells, excluded=(*data.excluded, *cells.excluded))
-    primary = rm_anova(cells)
+    whole = frozenset(s.opened.participant for s in study.sessions if s.complete)
+    tests = reward_tests(data.trials, cells, whole)
     used = data.trials[data.trials["participant"].isin(cells.participants)]
     trials = tables.frame("trials")
     before = trials[trials["phase"] == Phase.THREE]
@@ -82,34 +89,14 @@ def compute_results(study: StudyRecordings, tables: StudyTables) -> StudyResults
         label=data_label(study),
         data=data,
         cells=cells,
-        primary=primary,
-        sensitivity=tuple(_sensitivity(study, cells, primary)),
+        primary=tests.primary,
+        sensitivity=tests.sensitivity,
         comparison=(condition_trial_order(used, levels), condition_and_trial(used, levels)),
+        robustness=robustness(cells, data.orders),
         orders=tuple(describe_orders(used, dict(data.orders))),
         ratings=tuple(_ratings(data, facts)),
         phase_four=phase_four(data.phase_four, tables.frame("fits"), levels, baseline),
     )
-
-
-def _sensitivity(study: StudyRecordings, cells: Cells, primary: Outcome) -> list[Outcome]:
-    """Return the exact rank test, and the primary test without incomplete sessions."""
-    outcomes: list[Outcome] = []
-    if not isinstance(primary, EffectResult):
-        return outcomes
-    if len(cells.levels) == 2:
-        differences = cells.means[:, 1] - cells.means[:, 0]
-        outcomes.append(signed_rank(differences, cells.participants))
-    whole = {session.opened.participant for session in study.sessions if session.complete}
-    kept = [place for place, who in enumerate(cells.participants) if who in whole]
-    if len(kept) < cells.n:
-        fewer = dataclasses.replace(
-            cells,
-            participants=tuple(cells.participants[place] for place in kept),
-            means=cells.means[kept],
-            counts=cells.counts[kept],
-        )
-        outcomes.append(rm_anova(fewer, "Participant means, complete sessions only", "sensitivity"))
-    return outcomes
 
 
 def _ratings(data: AnalysedData, facts: ProtocolFacts) -> list[LikertRow]:

@@ -135,6 +135,9 @@ def test_shell_commands_exist(page: Path, line: str) -> None:
         assert (ROOT / rest[0]).is_file()
     elif program in ("python3", ".venv/bin/python"):
         named = [word for word in rest if word.startswith(("tools/", "tests/"))]
+        benchmark = rest[0] == "-m" and rest[1].startswith("benchmarks.")
+        if benchmark:
+            named.append(f"{rest[1].replace('.', '/')}.py")
         assert named or rest[:2] == ["-m", "pytest"] or rest[0] == "read.py"
         assert all((ROOT / word).exists() for word in named)
     else:

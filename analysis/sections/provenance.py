@@ -85,7 +85,14 @@ def methods(results: StudyResults) -> list[str]:
         text.append(f"{counted(cells.n, 'participant')} entered its test.")
     else:
         text.append("Its difference between conditions was not tested.")
-    if isinstance(results.primary, EffectResult) and results.primary.estimate is not None:
+    if results.by_trial:
+        text.append(
+            "As not all participants have as many trials under each condition, the primary test "
+            "is that of condition in a linear mixed model of the trials (condition, trial and "
+            "period; random effects of participant and of participant by condition) with Kenward "
+            "and Roger’s degrees of freedom."
+        )
+    elif isinstance(results.primary, EffectResult) and results.primary.estimate is not None:
         text.append(
             "The primary test is a repeated-measures ANOVA on these means, identical to a paired "
             "t test (F = t²). Intervals of differences are t intervals at 95%; that of d_z "
@@ -96,6 +103,13 @@ def methods(results: StudyResults) -> list[str]:
             "The primary test is a repeated-measures ANOVA on these means with Greenhouse and "
             "Geisser’s correction."
         )
+    if results.robustness is not None:
+        text.append(
+            "Sensitivity analyses are a linear mixed model of the trials with Kenward and Roger’s "
+            "and with Satterthwaite’s degrees of freedom, the exact Wilcoxon test, a sign-flip "
+            "permutation test, the AB/BA crossover, leaving out each participant in turn and a "
+            "JZS Bayes factor."
+        )
     text.append(
         "Trial rows pooled over participants are shown for comparison only: they treat trials of "
         "one participant as independent and reject a true null too often."
@@ -103,8 +117,8 @@ def methods(results: StudyResults) -> list[str]:
     if results.ratings:
         text.append(
             "Ratings were compared by F as in the paper and by exact Wilcoxon signed-rank tests "
-            "(differences of zero dropped), Holm-adjusted over "
-            f"{counted(len(results.ratings), 'row')}."
+            "(differences of zero dropped), with cumulative-link mixed models beside them, each "
+            f"Holm-adjusted over {counted(len(results.ratings), 'row')}."
         )
     if facts.exclusions:
         rules = [

@@ -93,7 +93,8 @@ def period_finding(results: StudyResults) -> str:
     if len(means) < 2:
         return ""
     shown = [f"{number(mean, 1)} in period {period}" for period, mean in means.items()]
-    return f"Mean team reward was {listed(shown)}; orders are described here, not tested."
+    tested = "; orders are tested under Robustness" if results.robustness else ""
+    return f"Mean team reward was {listed(shown)}{tested}."
 
 
 def order_caption(results: StudyResults) -> str:

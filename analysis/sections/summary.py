@@ -84,10 +84,13 @@ def evidence(results: StudyResults) -> Markup:
     test = results.primary
     if isinstance(test, Refusal):
         return Markup("")
-    kind = "Paired test" if test.estimate is not None else "Repeated-measures ANOVA"
-    text = Markup("{} on participant means: {}, {}.").format(
-        kind, equation(test), effect(test.effects[0])
-    )
+    if results.by_trial:
+        kind = "Mixed model of trials, as some are missing"
+    elif test.estimate is not None:
+        kind = "Paired test on participant means"
+    else:
+        kind = "Repeated-measures ANOVA on participant means"
+    text = Markup("{}: {}, {}.").format(kind, equation(test), effect(test.effects[0]))
     if len(results.cells.levels) != 2:
         return text
     return text + " " + direction(results)

@@ -12,6 +12,19 @@ from scipy import optimize, stats
 from analysis.statistics.result import EffectSize, Interval
 
 
+def hedges_gz(dz: EffectSize, n: int) -> EffectSize:
+    """Return g_z: d_z and its interval times Hedges' exact correction for n - 1 df.
+
+    Source: Hedges (1981), Journal of Educational Statistics 6, 107-128, equation 6e.
+    """
+    df = n - 1
+    log_factor = math.lgamma(df / 2) - math.lgamma((df - 1) / 2) - 0.5 * math.log(df / 2)
+    factor = math.exp(log_factor)
+    inner = dz.interval
+    interval = Interval(inner.low * factor, inner.high * factor, inner.level) if inner else None
+    return EffectSize("g_z", dz.value * factor, interval)
+
+
 def cohens_dz(t: float, n: int, level: float = 0.95) -> EffectSize:
     """Return d_z = t / sqrt(n) of a paired test with its exact noncentral-t interval.
 

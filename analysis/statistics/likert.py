@@ -1,4 +1,4 @@
-"""Ratings: the paper's F on participants' answers, with the exact Wilcoxon test beside it."""
+"""Ratings: the paper's F, the exact Wilcoxon test and a cumulative-link mixed model."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ import numpy as np
 import pandas as pd
 
 from analysis.statistics.cells import Cells, cell_means
+from analysis.statistics.cumulative_link import CumulativeLink, cumulative_link
 from analysis.statistics.holm import holm
+from analysis.statistics.pairs import SMALLEST_N
 from analysis.statistics.result import EffectResult, Outcome, Refusal
-from analysis.statistics.rm_anova import SMALLEST_N, rm_anova
+from analysis.statistics.rm_anova import rm_anova
 from analysis.statistics.wilcoxon import signed_rank
 
 
@@ -26,6 +28,8 @@ class LikertRow:
         f_test: F(1, n - 1) as in the paper.
         wilcoxon: the exact signed-rank test; refused where there are not two conditions.
         holm_p: its p, adjusted over the family of all rows; None where refused.
+        ordinal: the cumulative-link mixed model; its test's p_adjusted is Holm's over all rows.
+        holm_f_p: the F test's p, adjusted over all rows; None where refused.
     """
 
     item: str
@@ -34,6 +38,8 @@ class LikertRow:
     f_test: Outcome
     wilcoxon: Outcome
     holm_p: float | None
+    ordinal: CumulativeLink | Refusal | None = None
+    holm_f_p: float | None = None
 
     @property
     def means(self) -> dict[str, float]:
@@ -65,11 +71,28 @@ def likert_rows(
         cells = cell_means(asked, "answer", levels, what="answers")
         label = f"{item}, {occasion.replace('_', ' ')}"
         f_test = rm_anova(cells, name=label)
-        rows.append(LikertRow(item, occasion, cells, f_test, _wilcoxon(cells, label), None))
+        row = LikertRow(item, occasion, cells, f_test, _wilcoxon(cells, label), None)
+        ordinal = cumulative_link(asked, levels, "answer", label)
+        rows.append(dataclasses.replace(row, ordinal=ordinal))
+    return _adjusted(rows)
+
+
+def _adjusted(rows: list[LikertRow]) -> list[LikertRow]:
+    """Adjust each kind of test over the rows in which it was computed."""
+    rows = list(rows)
     tested = [place for place, row in enumerate(rows) if isinstance(row.wilcoxon, EffectResult)]
     p_values = [row.wilcoxon.p for row in rows if isinstance(row.wilcoxon, EffectResult)]
     for place, p in zip(tested, holm(p_values), strict=True):
         rows[place] = dataclasses.replace(rows[place], holm_p=p)
+    tested = [place for place, row in enumerate(rows) if isinstance(row.f_test, EffectResult)]
+    p_values = [row.f_test.p for row in rows if isinstance(row.f_test, EffectResult)]
+    for place, p in zip(tested, holm(p_values), strict=True):
+        rows[place] = dataclasses.replace(rows[place], holm_f_p=p)
+    models = [(n, r.ordinal) for n, r in enumerate(rows) if isinstance(r.ordinal, CumulativeLink)]
+    p_values = [model.test.p for _, model in models]
+    for (place, model), p in zip(models, holm(p_values), strict=True):
+        adjusted = dataclasses.replace(model, test=dataclasses.replace(model.test, p_adjusted=p))
+        rows[place] = dataclasses.replace(rows[place], ordinal=adjusted)
     return rows
 
 

@@ -1,4 +1,4 @@
-"""Orders used, and the mean under each condition by order and period: described, not tested."""
+"""Orders used, and means by condition, order and period: described; `crossover` tests."""
 
 from __future__ import annotations
 

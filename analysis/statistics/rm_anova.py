@@ -17,11 +17,12 @@ from analysis.statistics.cells import Cells
 from analysis.statistics.effect_sizes import (
     cohens_dz,
     generalised_eta_squared,
+    hedges_gz,
     partial_eta_squared,
 )
+from analysis.statistics.pairs import SMALLEST_N, not_finite
 from analysis.statistics.result import EffectResult, Interval, Outcome, Refusal, Role
-
-SMALLEST_N = 3
+from analysis.statistics.within import contrasts, sphericity
 
 
 def rm_anova(
@@ -41,7 +42,7 @@ def rm_anova(
 
     Returns:
         The result, or a refusal: fewer than three participants, fewer than two
-        conditions, or differences without variance.
+        conditions, means that are not finite, or differences without variance.
     """
     refusal = _degenerate(cells, name)
     if refusal is not None:
@@ -62,6 +63,9 @@ def _degenerate(cells: Cells, name: str) -> Refusal | None:
             f"least {SMALLEST_N}."
         )
         return Refusal(name, reason, cells.excluded)
+    refusal = not_finite(cells, name)
+    if refusal is not None:
+        return refusal
     differences = cells.means[:, 1:] - cells.means[:, :1]
     spread = np.ptp(differences, axis=0)
     scale = np.maximum(np.abs(cells.means).max(), 1.0)
@@ -81,6 +85,7 @@ def _paired(cells: Cells, name: str, role: Role, rows: int) -> EffectResult:
     error = float(np.std(differences, ddof=1)) / math.sqrt(n)
     t = estimate / error
     reach = float(stats.t.ppf(0.975, n - 1)) * error
+    dz = cohens_dz(t, n)
     return EffectResult(
         name=name,
         formula="mean ~ condition, error: participant x condition",
@@ -93,13 +98,15 @@ def _paired(cells: Cells, name: str, role: Role, rows: int) -> EffectResult:
         estimate=estimate,
         interval=Interval(estimate - reach, estimate + reach),
         effects=(
-            cohens_dz(t, n),
+            dz,
+            hedges_gz(dz, n),
             partial_eta_squared(t * t, 1, n - 1),
             generalised_eta_squared(cells.means),
         ),
         rows=rows,
         participants=cells.participants,
         excluded=cells.excluded,
+        standard_error=error,
     )
 
 
@@ -125,6 +132,7 @@ def _several(cells: Cells, name: str, role: Role, rows: int) -> Outcome:
     if not (math.isfinite(f) and math.isfinite(p)):
         return Refusal(name, "The variance between participants is degenerate.", cells.excluded)
     df1, df2 = (k - 1) * epsilon, (k - 1) * (n - 1) * epsilon
+    mauchly = sphericity(cells.means @ contrasts(k)).mauchly
     return EffectResult(
         name=name,
         formula="mean ~ condition, error: participant x condition",
@@ -144,4 +152,6 @@ def _several(cells: Cells, name: str, role: Role, rows: int) -> Outcome:
         participants=cells.participants,
         excluded=cells.excluded,
         note=f"Degrees of freedom corrected by Greenhouse and Geisser's epsilon, {epsilon:.3f}.",
+        method="Greenhouse-Geisser",
+        checks=(mauchly,) if mauchly else (),
     )

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
-from analysis.statistics.result import EffectResult, EffectSize, Outcome, Refusal
+from analysis.statistics.result import EffectResult, EffectSize, Interval, Outcome, Refusal
 
 
 def signed_rank(
@@ -24,6 +26,8 @@ def signed_rank(
         participants: who they are, same order.
         name: what the tables call the test.
     """
+    if not np.isfinite(differences).all():
+        return Refusal(name, "A difference is not a finite number.")
     kept = differences[differences != 0]
     if kept.size == 0:
         return Refusal(name, "Every difference is zero, so that there are no ranks to compare.")
@@ -47,10 +51,33 @@ def signed_rank(
         p=min(1.0, 2 * tail),
         estimate=None,
         interval=None,
-        effects=(EffectSize("r_rb", (2 * positive - total) / total),),
+        effects=(rank_biserial(positive / 2, total / 2, kept.size),),
         rows=2 * differences.size,
         participants=participants,
         note=f"{differences.size - kept.size} differences of zero dropped."
         if kept.size < differences.size
         else "",
+        method="exact",
     )
+
+
+def rank_biserial(positive: float, total: float, n: int, level: float = 0.95) -> EffectSize:
+    """Return the matched-pairs rank-biserial correlation with an approximate interval.
+
+    The interval is normal on Fisher's z scale with the null variance of the rank sum, as R's
+    effectsize gives it; there is none where all ranks have one sign.
+
+    Args:
+        positive: sum of the ranks of positive differences.
+        total: sum of all ranks.
+        n: differences that are not zero.
+        level: of confidence.
+    """
+    value = (2 * positive - total) / total
+    if abs(value) >= 1:
+        return EffectSize("r_rb", value)
+    largest = (n * n + n) / 2
+    error = math.sqrt((2 * n**3 + 3 * n**2 + n) / 6) / largest
+    reach = float(stats.norm.ppf((1 + level) / 2)) * error
+    z = math.atanh(value)
+    return EffectSize("r_rb", value, Interval(math.tanh(z - reach), math.tanh(z + reach), level))

@@ -1,0 +1,166 @@
+"""Repeated-measures ANOVA with any number of within-subject factors.
+
+Each effect is tested on its orthonormal contrast scores, with its own error term; the sphericity
+of their covariance is measured by Greenhouse and Geisser's epsilon and tested by Mauchly's W.
+pingouin covers two factors and is silent about sphericity of an interaction of more than two
+levels each; the tests compare with it where it answers, and with R.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import itertools
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+from scipy import linalg, stats
+
+from analysis.statistics.cells import cell_means
+from analysis.statistics.effect_sizes import partial_eta_squared
+from analysis.statistics.pairs import SMALLEST_N, not_finite
+from analysis.statistics.result import Check, EffectResult, EffectSize, Refusal
+
+Floats = npt.NDArray[np.float64]
+JOINT = " / "
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Sphericity:
+    """How far contrast scores are from equal variances without correlation.
+
+    Attributes:
+        greenhouse_geisser: epsilon, from 1 / d to 1.
+        huynh_feldt: epsilon, at most 1.
+        mauchly: Mauchly's test; None with one contrast, or with too few participants for it.
+    """
+
+    greenhouse_geisser: float
+    huynh_feldt: float
+    mauchly: Check | None
+
+
+def sphericity(scores: Floats) -> Sphericity:
+    """Measure the sphericity of orthonormal contrast scores, shape (n, d).
+
+    Sources: Greenhouse & Geisser (1959), Psychometrika 24, 95-112; Huynh & Feldt (1976),
+    Journal of Educational Statistics 1, 69-82; Mauchly (1940) with Anderson's expansion of p
+    (2003, An Introduction to Multivariate Statistical Analysis, section 10.7), as in R.
+    """
+    n, d = scores.shape
+    if d == 1:
+        return Sphericity(1.0, 1.0, None)
+    s = np.atleast_2d(np.cov(scores, rowvar=False))
+    trace = float(np.trace(s))
+    gg = trace**2 / (d * float(np.sum(s * s)))
+    hf = min(1.0, (n * d * gg - 2) / (d * (n - 1 - d * gg))) if n - 1 > d * gg else 1.0
+    free = n - 1
+    if free < d:
+        return Sphericity(gg, hf, None)
+    sign, log_det = np.linalg.slogdet(s)
+    if sign <= 0:
+        return Sphericity(gg, hf, None)
+    log_w = float(log_det) - d * float(np.log(trace / d))
+    rho = 1 - (2 * d * d + d + 2) / (6 * d * free)
+    w2 = 1.0 * (d + 2) * (d - 1) * (d - 2) * (2 * d**3 + 6 * d**2 + 3 * d + 2)
+    w2 /= 288 * (free * d * rho) ** 2
+    z, f = -free * rho * log_w, d * (d + 1) / 2 - 1
+    p = float(stats.chi2.sf(z, f))
+    p = min(1.0, max(0.0, p + w2 * (float(stats.chi2.sf(z, f + 4)) - p)))
+    check = Check("Mauchly's test of sphericity", "W", float(np.exp(log_w)), p, f)
+    return Sphericity(gg, hf, check)
+
+
+def contrasts(levels: int) -> Floats:
+    """Return orthonormal contrasts among levels, shape (levels, levels - 1)."""
+    return np.ascontiguousarray(linalg.helmert(levels).T)
+
+
+def within_anova(
+    frame: pd.DataFrame, value: str, factors: Mapping[str, Sequence[str]], name: str = "RM-ANOVA"
+) -> tuple[EffectResult, ...] | Refusal:
+    """Test every main effect and interaction on participants' cell means.
+
+    Args:
+        frame: columns "participant", one for each factor, and the value's.
+        value: the column explained; several rows of a cell are averaged.
+        factors: levels of each factor.
+        name: what the tables call the tests, before the effect.
+
+    Returns:
+        One result for each effect, main effects first, or a refusal: fewer than three
+        participants with every cell, a mean that is not finite, or an effect whose contrasts do
+        not vary between participants. p and df are corrected by Greenhouse and Geisser.
+    """
+    names = list(factors)
+    joint = [JOINT.join(cell) for cell in itertools.product(*factors.values())]
+    keyed = frame.assign(
+        condition=functools.reduce(
+            lambda left, right: left + JOINT + right, (frame[n].astype(str) for n in names)
+        )
+    )
+    cells = cell_means(keyed, value, joint)
+    n = cells.n
+    if n < SMALLEST_N or not names:
+        reason = f"{n} participants have every cell; the test needs at least {SMALLEST_N}."
+        return Refusal(name, reason, cells.excluded)
+    refusal = not_finite(cells, name)
+    if refusal is not None:
+        return refusal
+    sizes = [len(factors[f]) for f in names]
+    error_sum = 0.0
+    tested: list[tuple[str, Floats, float, float]] = []
+    for size in range(len(names) + 1):
+        for chosen in itertools.combinations(range(len(names)), size):
+            basis = functools.reduce(
+                np.kron,
+                [
+                    contrasts(k) if place in chosen else np.full((k, 1), k**-0.5)
+                    for place, k in enumerate(sizes)
+                ],
+            )
+            scores = cells.means @ basis
+            mean = scores.mean(axis=0)
+            effect, error = n * float(mean @ mean), float(np.sum((scores - mean) ** 2))
+            error_sum += error  # the empty choice is the variance between participants
+            if chosen:
+                tested.append((":".join(names[p] for p in chosen), scores, effect, error))
+    scale = float(np.sum(cells.means**2))
+    results = []
+    for label, scores, effect, error in tested:
+        if error <= 1e-22 * scale:
+            reason = f"The effect of {label} is the same for every participant."
+            return Refusal(name, reason, cells.excluded)
+        d = scores.shape[1]
+        shape = sphericity(scores)
+        f = (effect / d) / (error / (d * (n - 1)))
+        epsilon = shape.greenhouse_geisser
+        df1, df2 = d * epsilon, d * (n - 1) * epsilon
+        note = f"Greenhouse-Geisser epsilon {epsilon:.3f}; without correction p = " if d > 1 else ""
+        results.append(
+            EffectResult(
+                name=f"{name}: {label}",
+                formula=f"{value} ~ {' * '.join(names)}, error: participant x {label}",
+                role="sensitivity",
+                statistic_name="F",
+                statistic=f,
+                df1=df1,
+                df2=df2,
+                p=float(stats.f.sf(f, df1, df2)),
+                estimate=None,
+                interval=None,
+                effects=(
+                    partial_eta_squared(f, d, d * (n - 1)),
+                    EffectSize("generalised eta squared", effect / (effect + error_sum)),
+                ),
+                rows=cells.means.size,
+                participants=cells.participants,
+                excluded=cells.excluded,
+                note=note and f"{note}{float(stats.f.sf(f, d, d * (n - 1))):.3g}.",
+                method="Greenhouse-Geisser" if d > 1 else "",
+                checks=(shape.mauchly,) if shape.mauchly else (),
+            )
+        )
+    return tuple(results)
