@@ -23,6 +23,7 @@ class AnalysedData:
 
     Attributes:
         trials: scored, complete trials of phase three of those kept.
+        all_trials: the same of everybody, whom a rule leaves out too.
         excluded_trials: complete trials of phases three and four that a rule of the protocol
             leaves out, with the rule's name as "rule"; of those kept.
         broken_trials: scored trials of phase three that did not run to their end.
@@ -34,6 +35,7 @@ class AnalysedData:
     """
 
     trials: pd.DataFrame
+    all_trials: pd.DataFrame
     excluded_trials: pd.DataFrame
     broken_trials: pd.DataFrame
     phase_four: pd.DataFrame
@@ -69,12 +71,14 @@ def analysed_data(
                 )
                 excluded[participant] = Excluded(participant, reason)
     kept = set(people) - set(excluded)
+    everybody = three[three["complete"]]
     three = three[three["participant"].isin(kept)]
     four = tested[(tested["phase"] == Phase.FOUR) & tested["complete"]]
     left_out = left_out[left_out["participant"].isin(kept) & (left_out["phase"] >= Phase.THREE)]
     responses = tables.frame("responses")
     return AnalysedData(
         trials=three[three["complete"]],
+        all_trials=everybody,
         excluded_trials=left_out,
         broken_trials=three[~three["complete"]],
         phase_four=four[four["participant"].isin(kept)],

@@ -7,18 +7,19 @@ import sys
 import typer
 from rich.console import Console
 
-from analysis.commands import report, tables
+from analysis.commands import export, report, tables
 from study.errors import StudyError
 
 app = typer.Typer(
     name="analysis",
-    help="Reports and tables, from recordings alone.",
+    help="Reports, tables and exports, from recordings alone.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
 )
 app.command("report")(report.report)
 app.command("tables")(tables.tables)
+app.command("export")(export.export)
 
 
 def main() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from rich.console import Console
@@ -58,9 +59,20 @@ def write_text(path: Path, text: str) -> None:
     Raises:
         StudyError: it cannot be written.
     """
+    write_pieces(path, [text])
+
+
+def write_pieces(path: Path, pieces: Iterable[str]) -> None:
+    """Write a file piece by piece; it appears under its name when it is whole.
+
+    Raises:
+        StudyError: it cannot be written.
+    """
     part = path.with_name(f".{path.name}.part")
     try:
-        part.write_text(text, encoding="utf-8", newline="\n")
+        with part.open("w", encoding="utf-8", newline="\n") as stream:
+            for piece in pieces:
+                stream.write(piece)
         os.replace(part, path)  # noqa: PTH105 - Path.replace reads as a change of text
     except OSError as error:
         raise StudyError(f"{path} cannot be written: {error.strerror}") from error
@@ -75,16 +87,26 @@ def write_tables(tables: StudyTables, label: DataLabel, folder: Path, *, long: b
     make_folder(folder)
     meaning: dict[str, object] = {}
     count = 0
-    for table in tables.each(long=long):
-        write_text(folder / f"{table.name}.csv", table.to_csv(label.line))
-        meaning[table.name] = {
-            "row": table.text,
-            "columns": {
-                column.name: {"type": column.dtype, "unit": column.unit, "meaning": column.text}
-                for column in (*table.columns, DATA_COLUMN)
-            },
-        }
+    for name in tables.names(long=long):
+        pieces = csv_pieces(tables, name, label, meaning)
+        write_pieces(folder / f"{name}.csv", pieces)
         count += 1
     content = {"data": label.line, "parameters": dict(label.parameters), "tables": meaning}
     write_text(folder / "columns.json", json.dumps(content, indent=1, ensure_ascii=False) + "\n")
     return count
+
+
+def csv_pieces(
+    tables: StudyTables, name: str, label: DataLabel, meaning: dict[str, object]
+) -> Iterator[str]:
+    """Yield a table as CSV, a session at a time if it is long; note what its columns mean."""
+    for place, table in enumerate(tables.pieces(name)):
+        if place == 0:
+            meaning[name] = {
+                "row": table.text,
+                "columns": {
+                    column.name: {"type": column.dtype, "unit": column.unit, "meaning": column.text}
+                    for column in (*table.columns, DATA_COLUMN)
+                },
+            }
+        yield table.to_csv(label.line, header=place == 0)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import io
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any, Literal
 
 import pandas as pd
@@ -19,7 +18,8 @@ _PANDAS_DTYPE: dict[DType, str] = {
     "number": "float64",
     "boolean": "bool",
 }
-_FORMULA_SIGNS = ("=", "+", "-", "@", "\t", "\r")
+_FORMULA_SIGNS = ("=", "+", "-", "@", "\t", "\r", "\n", "＝", "＋", "－", "＠")
+"""With what a text begins that spreadsheets run; the wide forms are theirs in some locales."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -102,26 +102,29 @@ class Table:
     def __len__(self) -> int:
         return len(self.frame)
 
-    def to_csv(self, data: str, path: Path | None = None) -> str:
-        """Return the table as CSV and write it where a path is given.
-
-        Text that a spreadsheet would take for a formula gets a leading apostrophe.
+    def to_csv(self, data: str, *, header: bool = True) -> str:
+        """Return the table as CSV.
 
         Args:
             data: who produced the data: the value of the last column.
-            path: where to write; nowhere if None.
+            header: whether the first line names the columns.
+        """
+        buffer = io.StringIO()
+        frame = self.safe_frame(data)
+        frame.to_csv(buffer, index=False, header=header, lineterminator="\n")
+        return buffer.getvalue()
+
+    def safe_frame(self, data: str) -> pd.DataFrame:
+        """Return the data as they are exported, with who produced them in the last column.
+
+        Text that a spreadsheet would take for a formula gets a leading apostrophe.
         """
         frame = self.frame.copy(deep=False)
         for column in self.columns:
             if column.dtype in ("text", "label"):
-                frame[column.name] = _neutralised(frame[column.name])
+                frame[column.name] = neutralised(frame[column.name])
         frame[DATA_COLUMN.name] = data
-        if path is not None:
-            frame.to_csv(path, index=False, lineterminator="\n", encoding="utf-8")
-            return ""
-        buffer = io.StringIO()
-        frame.to_csv(buffer, index=False, lineterminator="\n")
-        return buffer.getvalue()
+        return frame
 
 
 def _checked(table: str, column: Column, values: object) -> pd.Series[Any]:
@@ -140,8 +143,31 @@ def _checked(table: str, column: Column, values: object) -> pd.Series[Any]:
         raise ValueError(f"table {table}: column {column.name}: {error}") from error
 
 
-def _neutralised(values: pd.Series[Any]) -> pd.Series[Any]:
+def joined(parts: Sequence[Table]) -> Table:
+    """Put tables with the same columns one below the other.
+
+    Args:
+        parts: at least one.
+    """
+    first = parts[0]
+    if len(parts) == 1:
+        return first
+    data: dict[str, Any] = {}
+    for column in first.columns:
+        pieces = [part.frame[column.name] for part in parts]
+        if column.dtype == "label":
+            # As plain text: a session without rows has categories of no type to unite.
+            data[column.name] = pd.concat([p.astype("str") for p in pieces], ignore_index=True)
+        else:
+            data[column.name] = pd.concat(pieces, ignore_index=True)
+    return Table(first.name, first.text, first.columns, data)
+
+
+def neutralised(values: pd.Series[Any]) -> pd.Series[Any]:
     """Put an apostrophe before text that a spreadsheet would run as a formula."""
     distinct = [str(value) for value in values.unique()]
     harmful = {value: f"'{value}" for value in distinct if value.startswith(_FORMULA_SIGNS)}
-    return values.astype("str").replace(harmful) if harmful else values
+    if not harmful:
+        return values
+    text: pd.Series[Any] = values.astype("str")
+    return text.replace(harmful)

@@ -1,4 +1,4 @@
-"""All tables of a study, each built when it is first asked for."""
+"""All tables of a study, each built when it is first asked for, a session at a time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ from analysis.tables import (
     timing,
     trials,
 )
-from analysis.tables.columns import Table
+from analysis.tables.columns import Column, Table, joined
+from study.errors import StudyError
 
 BUILDERS: Final[dict[str, Callable[[StudyRecordings], Table]]] = {
     "sessions": sessions.build,
@@ -46,22 +47,49 @@ LONG_TABLES: Final = frozenset({"choices", "timesteps", "robots"})
 
 
 class StudyTables:
-    """The tables of a study by name; a table is built once, when first asked for."""
+    """The tables of a study by name; a table is built once, when first asked for.
+
+    Long tables are never held: `parts` gives them a session at a time, so that what is in
+    memory does not grow with the number of sessions.
+    """
 
     def __init__(self, study: StudyRecordings) -> None:
         self._study = study
         self._built: dict[str, Table] = {}
         self._rows: dict[str, int] = {}
 
-    def __getitem__(self, name: str) -> Table:
-        """Return a table.
+    def parts(self, name: str) -> Iterator[Table]:
+        """Yield a table a session at a time, each with the same columns.
 
         Raises:
-            KeyError: there is no such table.
+            KeyError: there is no table of that name.
+            StudyError: the sessions' tasks differ in the numbers that make up a state.
+        """
+        build = BUILDERS[name]
+        declared: tuple[Column, ...] | None = None
+        for session in self._study.sessions:
+            part = build(StudyRecordings((session,), ()))
+            declared = declared or part.columns
+            if part.columns != declared:
+                raise StudyError(
+                    f"the table {name} cannot be pooled: the task of {session.file} has other "
+                    "numbers in its states than that of the first session",
+                    "Give the recordings of one task.",
+                )
+            yield part
+
+    def __getitem__(self, name: str) -> Table:
+        """Return a whole table, built at the first call.
+
+        Raises:
+            KeyError: there is no table of that name.
         """
         if name not in self._built:
-            self._built[name] = BUILDERS[name](self._study)
-            self._rows[name] = len(self._built[name])
+            table = joined(list(self.parts(name)))
+            self._rows[name] = len(table)
+            if name in LONG_TABLES:
+                return table
+            self._built[name] = table
         return self._built[name]
 
     def frame(self, name: str) -> pd.DataFrame:
@@ -72,15 +100,19 @@ class StudyTables:
         """Return the tables' names, with the long ones on request."""
         return [name for name in BUILDERS if long or name not in LONG_TABLES]
 
-    def each(self, *, long: bool = False) -> Iterator[Table]:
-        """Yield the tables one by one; long ones are not kept."""
-        for name in self.names(long=long):
-            table = BUILDERS[name](self._study) if name in LONG_TABLES else self[name]
-            self._rows[name] = len(table)
-            yield table
+    def pieces(self, name: str) -> Iterator[Table]:
+        """Yield a table in pieces that fit in memory: whole if it is short or held already."""
+        if name in LONG_TABLES:
+            count = 0
+            for part in self.parts(name):
+                count += len(part)
+                yield part
+            self._rows[name] = count
+        else:
+            yield self[name]
 
     def rows(self, name: str) -> int:
-        """Return how many rows a table has, without keeping it."""
+        """Return how many rows a table has, without keeping a long one."""
         if name not in self._rows:
-            self._rows[name] = len(BUILDERS[name](self._study))
+            self._rows[name] = sum(len(part) for part in self.pieces(name))
         return self._rows[name]

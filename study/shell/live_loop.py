@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import time
 from collections.abc import Iterator
@@ -74,6 +75,13 @@ class LiveLoop:
 
     def run(self) -> None:
         """Run to the end of the session."""
+        with self._signals():
+            # What was loaded stays: no garbage collection walks it and holds up a picture.
+            gc.collect()
+            gc.freeze()
+            self._run()
+
+    def _run(self) -> None:
         window, clock = self._window, self._clock
         period = round(SECOND / window.refresh_hz)
         self._conductor.observe(
@@ -87,23 +95,22 @@ class LiveLoop:
             )
         )
         next_frame = clock.now()
-        with self._signals():
-            while not self._conductor.finished:
-                self._watch_recording()
-                self._take_inputs()
-                self._conductor.collect(clock.now)
-                self._step_clock()
-                now = clock.now()
-                if now >= next_frame:
-                    self._draw(now)
-                    next_frame += period * max(1, -(-(now - next_frame) // period))
-                self._observe(now)
-                deadline = min(next_frame, self._next_due_ns or next_frame)
-                remaining = deadline - clock.now()
-                if remaining > 0 and not self._conductor.finished:
-                    # An answer may be awaited: look again soon.
-                    busy = self._conductor.fleet_pending or self._conductor.fit_pending
-                    window.wait(min(remaining, 2_000_000 if busy else remaining) / SECOND)
+        while not self._conductor.finished:
+            self._watch_recording()
+            self._take_inputs()
+            self._conductor.collect(clock.now)
+            self._step_clock()
+            now = clock.now()
+            if now >= next_frame:
+                self._draw(now)
+                next_frame += period * max(1, -(-(now - next_frame) // period))
+            self._observe(now)
+            deadline = min(next_frame, self._next_due_ns or next_frame)
+            remaining = deadline - clock.now()
+            if remaining > 0 and not self._conductor.finished:
+                # An answer may be awaited: look again soon.
+                busy = self._conductor.fleet_pending or self._conductor.fit_pending
+                window.wait(min(remaining, 2_000_000 if busy else remaining) / SECOND)
         self._flush_frames(clock.now())
 
     def _watch_recording(self) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import io
 import json
+import weakref
 from pathlib import Path
 
 import numpy as np
@@ -119,7 +121,7 @@ def test_tables_are_built_once_and_only_when_asked(
     fresh = StudyTables(study)
     assert built == []
     assert fresh["sessions"] is fresh["sessions"]
-    assert built == ["sessions"]
+    assert built == ["sessions"] * len(study.sessions)
 
 
 @pytest.mark.parametrize(
@@ -175,3 +177,15 @@ def test_label_counts_simulated_and_gives_seeds(study: StudyRecordings) -> None:
     label = data_label(study)
     assert label.line == "Simulated participants, N = 8, seeds 500 to 507"
     assert dict(label.parameters) == {"attention_tiles": "3", "lapse_rate": "0.02 to 0.027"}
+
+
+@pytest.mark.parametrize("name", sorted(study_tables.LONG_TABLES))
+def test_long_tables_are_held_a_session_at_a_time(study: StudyRecordings, name: str) -> None:
+    """Going through a long table never keeps more than one session's part of it."""
+    seen: list[weakref.ref[Table]] = []
+    for part in StudyTables(study).parts(name):
+        assert len(set(part.frame["session"])) == 1
+        seen.append(weakref.ref(part))
+        gc.collect()
+        assert sum(reference() is not None for reference in seen) == 1
+    assert len(seen) == len(study.sessions)

@@ -64,7 +64,13 @@ def check(path: Path, sent: list[tuple[str, bool]], report: Path) -> None:
     assert "Simulated participants" not in page
 
 
-@pytest.mark.parametrize("mouse", [False, True], ids=["keyboard", "mouse"])
+@pytest.mark.parametrize(
+    "mouse",
+    [
+        pytest.param(False, id="keyboard"),
+        pytest.param(True, id="mouse", marks=pytest.mark.acceptance),
+    ],
+)
 def test_smoke_protocol_by_real_events(tmp_path: Path, mouse: bool) -> None:
     """Every stage is passed, each key sent is recorded in order, and a report is built."""
     folder = tmp_path / "recordings"

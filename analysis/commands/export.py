@@ -1,0 +1,46 @@
+"""`analysis export`: recordings to a folder that other programs read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from analysis.commands.writing import open_recordings
+from analysis.tables.study_tables import StudyTables
+
+
+def export(
+    recordings: Annotated[list[Path], typer.Argument(help="Recordings, or folders of them.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the export.")],
+    *,
+    long: Annotated[
+        bool,
+        typer.Option(
+            "--long", help="Also those with a row for each timestep, or each robot and timestep."
+        ),
+    ] = False,
+    parquet: Annotated[
+        bool, typer.Option("--parquet", help="Also every table as Parquet; needs pyarrow.")
+    ] = False,
+    mixed: Annotated[
+        bool, typer.Option("--mixed", help="Pool recordings of different protocols.")
+    ] = False,
+) -> None:
+    """Write a Psych-DS folder, a wide CSV for JASP and jamovi, and Parquet on request."""
+    from analysis.export import psych_ds  # noqa: PLC0415 - slow to import
+    from analysis.results import compute_results  # noqa: PLC0415 - slow to import
+
+    console = Console(stderr=True)
+    study = open_recordings(recordings, console, mixed=mixed)
+    with console.status("Exporting"):
+        results = compute_results(study, StudyTables(study))
+        written = psych_ds.export(results, output, long=long, parquet=parquet)
+    console.print(
+        f"Wrote {len(written.files)} files to {output}; {len(written.counts)} tables agree with "
+        "the recordings' own counts.",
+        markup=False,
+        highlight=False,
+    )

@@ -1,0 +1,85 @@
+"""Counts of an export held against the recordings' own records."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+
+from analysis.recordings import StudyRecordings
+from study.events.events import (
+    Deviation,
+    EpisodeEnded,
+    FitRequested,
+    QuestionAnswered,
+    Resumed,
+    Switched,
+    Timestep,
+)
+
+TOPICS: Mapping[str, tuple[str, ...]] = {
+    "episodes": (EpisodeEnded.topic,),
+    "responses": (QuestionAnswered.topic,),
+    "fits": (FitRequested.topic,),
+    "switches": (Switched.topic,),
+    "deviations": (Deviation.topic, Resumed.topic),
+    "timesteps": (Timestep.topic,),
+}
+"""Tables with exactly one row for each record of these topics."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Count:
+    """Rows of a table against records.
+
+    Attributes:
+        table: the table's name.
+        rows: how many rows were written.
+        records: how many records there are.
+    """
+
+    table: str
+    rows: int
+    records: int
+
+    @property
+    def agrees(self) -> bool:
+        """Whether nothing was lost and nothing added."""
+        return self.rows == self.records
+
+
+def reconcile(study: StudyRecordings, rows: Mapping[str, int]) -> list[Count]:
+    """Count the records behind each table.
+
+    Args:
+        study: the recordings.
+        rows: rows written, by table.
+    """
+    counts = [Count("sessions", rows["sessions"], len(study.sessions))]
+    begun = sum(len(session.trials) for session in study.sessions)
+    counts += [Count(name, rows[name], begun) for name in ("trials", "timing")]
+    counts += [
+        Count(name, rows[name], _records(study, topics))
+        for name, topics in TOPICS.items()
+        if name in rows
+    ]
+    if "robots" in rows:
+        counts.append(Count("robots", rows["robots"], _robots(study)))
+    return counts
+
+
+def _records(study: StudyRecordings, topics: tuple[str, ...]) -> int:
+    if topics == (Timestep.topic,):
+        return sum(
+            len(block["trial_id"])
+            for session in study.sessions
+            for block in session.recording.columns(Timestep.topic)
+        )
+    return sum(1 for session in study.sessions for _ in session.recording.records(*topics))
+
+
+def _robots(study: StudyRecordings) -> int:
+    total = 0
+    for session in study.sessions:
+        for block in session.recording.columns(Timestep.topic):
+            total += int(block["robots"].sum())
+    return total
