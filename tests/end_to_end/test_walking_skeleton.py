@@ -84,7 +84,9 @@ def has_begun(folder: Path) -> bool:
 
 
 @pytest.mark.parametrize("task", ["navigation", "erratic"])
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize(
+    "seed", [1, *(pytest.param(seed, marks=pytest.mark.acceptance) for seed in (2, 3))]
+)
 def test_killed_study_leaves_a_whole_recording(tmp_path: Path, task: str, seed: int) -> None:
     """SIGKILL at a random moment: the file is finished, and replays to its last input."""
     protocol = erratic(tmp_path) if task == "erratic" else variant(tmp_path, base="scaled_autonomy")

@@ -120,7 +120,7 @@ def cut_and_resume(
     return resume(boundary, folder), hashes
 
 
-@settings(max_examples=10, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=6, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(where=st.floats(0, 1), then=st.none() | st.floats(0, 1))
 def test_cut_anywhere_once_or_twice(
     where: float, then: float | None, undisturbed: SessionRecording, records: list[RawRecord]
