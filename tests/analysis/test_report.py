@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import dataclasses
 import hashlib
 import html
 import re
@@ -41,6 +42,20 @@ def test_second_run_gives_the_same_bytes(page: str, study_folder: Path, tmp_path
     copy = tmp_path / "elsewhere"
     shutil.copytree(study_folder, copy)
     assert report_of(copy) == page
+
+
+def test_a_remark_on_several_tests_stands_once(results: StudyResults) -> None:
+    """The note under the table names the tests that share a remark."""
+    noted = tuple(
+        dataclasses.replace(test, note="Much is doubtful.")
+        for test in results.sensitivity
+        if isinstance(test, EffectResult)
+    )
+    assert len(noted) > 1
+    page = render_report(dataclasses.replace(results, sensitivity=noted))
+    names = "; ".join(test.name for test in noted)
+    assert page.count("Much is doubtful.") == 1
+    assert f"{names}: Much is doubtful." in page
 
 
 def test_nothing_is_loaded_from_elsewhere(page: str) -> None:

@@ -29,9 +29,16 @@ def simulated(protocol: Path, folder: Path) -> Path:
     return simulate_session(str(protocol), assignment, 5, folder)
 
 
-def test_navigation_replays_and_steps_anew(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def navigation(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A simulated session with the exact task."""
+    folder = tmp_path_factory.mktemp("navigation")
+    return simulated(variant(folder), folder / "r")
+
+
+def test_navigation_replays_and_steps_anew(navigation: Path) -> None:
     """The exact task's events replay byte for byte, and stepping it again gives the same."""
-    verdict = verify(simulated(variant(tmp_path), tmp_path / "r"), resimulate=True)
+    verdict = verify(navigation, resimulate=True)
     assert verdict.matches, verdict.difference
     assert verdict.events > 100
     assert verdict.resimulated > 100
@@ -49,14 +56,14 @@ def test_erratic_task_replays(tmp_path: Path) -> None:
     assert "erratic" in again.difference
 
 
-def test_replay_notices_a_changed_event(tmp_path: Path) -> None:
+def test_replay_notices_a_changed_event(navigation: Path) -> None:
     """A recording whose events do not follow from its inputs is not called identical."""
     from study.events import events
     from study.recording import reader
     from study.recording.wire import decode, encode
     from study.verification import verify_recording
 
-    recording = read_recording(simulated(variant(tmp_path), tmp_path / "r"))
+    recording = read_recording(navigation)
     rows = list(recording.raw("input", "event"))
     place = next(i for i, raw in enumerate(rows) if raw.topic == "event/trial_ended")
     ended = decode(rows[place].topic, rows[place].data)
@@ -110,9 +117,9 @@ def test_killed_study_leaves_a_whole_recording(tmp_path: Path, task: str, seed: 
     assert not any(True for _ in recording.records("event/session_ended"))
 
 
-def test_every_timestep_has_its_cause(tmp_path: Path) -> None:
+def test_every_timestep_has_its_cause(navigation: Path) -> None:
     """Each recorded timestep stands between its due time and the fleet's answer."""
-    recording = read_recording(simulated(variant(tmp_path), tmp_path / "r"))
+    recording = read_recording(navigation)
     due = {r.t_ns for _, r in recording.records("input/timestep_due") if isinstance(r, TimestepDue)}
     answers = {
         r.t_ns for _, r in recording.records("input/fleet_observed") if isinstance(r, FleetObserved)
