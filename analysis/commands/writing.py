@@ -40,13 +40,13 @@ def open_recordings(paths: list[Path], console: Console, *, mixed: bool) -> Stud
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder for outputs.
+    """Make a folder for outputs, private to its owner if it is new.
 
     Raises:
         StudyError: it cannot be made or is a file.
     """
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     except OSError as error:
         raise StudyError(
             f"the folder {folder} cannot be made: {error.strerror}", "Choose another with -o."
@@ -70,12 +70,22 @@ def write_pieces(path: Path, pieces: Iterable[str]) -> None:
     """
     part = path.with_name(f".{path.name}.part")
     try:
-        with part.open("w", encoding="utf-8", newline="\n") as stream:
+        with os.fdopen(open_private(part), "w", encoding="utf-8", newline="\n") as stream:
             for piece in pieces:
                 stream.write(piece)
         os.replace(part, path)  # noqa: PTH105 - Path.replace reads as a change of text
     except OSError as error:
         raise StudyError(f"{path} cannot be written: {error.strerror}") from error
+
+
+def open_private(path: Path) -> int:
+    """Open a file anew for writing, for its owner alone: it tells of participants.
+
+    Raises:
+        OSError: it cannot be made.
+    """
+    path.unlink(missing_ok=True)
+    return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
 
 
 def write_tables(tables: StudyTables, label: DataLabel, folder: Path, *, long: bool = False) -> int:

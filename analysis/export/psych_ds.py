@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import pandas as pd
 
-from analysis.commands.writing import make_folder, write_pieces, write_text
+from analysis.commands.writing import make_folder, open_private, write_pieces, write_text
 from analysis.environment import environment
 from analysis.export.reconcile import Count, reconcile
 from analysis.export.wide import wide_table
@@ -119,6 +120,8 @@ class _Parquet:
 
     def __init__(self, path: Path) -> None:
         self._path = path
+        self._part = path.with_name(f".{path.name}.part")
+        self._stream: BinaryIO | None = None
         self._writer: Any = None
 
     def add(self, frame: pd.DataFrame) -> None:
@@ -136,15 +139,25 @@ class _Parquet:
         table = table.replace_schema_metadata(None)
         if self._writer is None:
             try:
-                self._writer = pq.ParquetWriter(str(self._path), table.schema)
+                self._stream = os.fdopen(open_private(self._part), "wb")
             except OSError as error:
-                raise StudyError(f"{self._path} cannot be written: {error}") from error
-        self._writer.write_table(table.cast(self._writer.schema))
+                raise StudyError(f"{self._path} cannot be written: {error.strerror}") from error
+            self._writer = pq.ParquetWriter(self._stream, table.schema)
+        try:
+            self._writer.write_table(table.cast(self._writer.schema))
+        except OSError as error:
+            raise StudyError(f"{self._path} cannot be written: {error}") from error
 
     def close(self) -> None:
-        """Finish the file."""
-        if self._writer is not None:
+        """Finish the file, which appears under its name only now."""
+        if self._writer is None or self._stream is None:
+            return
+        try:
             self._writer.close()
+            self._stream.close()
+            self._part.replace(self._path)
+        except OSError as error:
+            raise StudyError(f"{self._path} cannot be written: {error}") from error
 
 
 def _require_pyarrow() -> None:

@@ -47,6 +47,12 @@ def test_every_column_is_described(exported: Path) -> None:
         assert columns <= set(book["column"])
 
 
+def test_files_are_private_to_their_owner(exported: Path) -> None:
+    """Files and folders tell of participants: nobody else on the machine may read them."""
+    for path in exported.rglob("*"):
+        assert path.stat().st_mode & 0o077 == 0, path
+
+
 def test_counts_agree_with_the_recordings(exported: Path, results: StudyResults) -> None:
     """Rows in the files are the records behind them, and a lost row would be noticed."""
     content = json.loads((exported / "dataset_description.json").read_text(encoding="utf-8"))
@@ -88,7 +94,7 @@ def test_parquet_holds_the_same_tables_with_their_types(
 ) -> None:
     """Another reader finds each table's columns and rows; numbers are numbers there."""
     psych_ds.export(results, tmp_path, long=True, parquet=True)
-    files = sorted((tmp_path / "parquet").glob("*.parquet"))
+    files = sorted((tmp_path / "parquet").iterdir())
     assert [path.stem for path in files] == sorted(results.tables.names(long=True))
     for path in files:
         name = f"table-{path.stem.replace('_', '')}_data.csv"
