@@ -11,7 +11,6 @@ from analysis.statistics.bayes_factor import BayesFactor, paired_bayes_factor
 from analysis.statistics.cells import Cells
 from analysis.statistics.crossover import Crossover, crossover
 from analysis.statistics.leave_one_out import LeaveOneOut, leave_one_out
-from analysis.statistics.mixed.model import MixedModel
 from analysis.statistics.normality import shapiro_wilk
 from analysis.statistics.permutation import sign_flip
 from analysis.statistics.result import Check, EffectResult, Outcome, Refusal
@@ -27,12 +26,10 @@ class RewardTests:
     Attributes:
         primary: of the participants' means, or of the trials where somebody lacks some.
         sensitivity: other tests of the same question.
-        model: of the trials.
     """
 
     primary: Outcome
     sensitivity: tuple[Outcome, ...]
-    model: MixedModel | Refusal
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -94,7 +91,7 @@ def reward_tests(trials: pd.DataFrame, cells: Cells, complete: frozenset[str]) -
         others.append(_named(model.satterthwaite[0]))
     if isinstance(means, EffectResult):
         others += _beside_means(cells, complete)
-    return RewardTests(primary, tuple(others), model)
+    return RewardTests(primary, tuple(others))
 
 
 def robustness(cells: Cells, orders: Mapping[str, tuple[str, ...]]) -> Robustness | None:
@@ -117,13 +114,8 @@ def _beside_means(cells: Cells, complete: frozenset[str]) -> list[Outcome]:
         outcomes += [signed_rank(differences, cells.participants), sign_flip(cells)]
     kept = [place for place, who in enumerate(cells.participants) if who in complete]
     if len(kept) < cells.n:
-        fewer = dataclasses.replace(
-            cells,
-            participants=tuple(cells.participants[place] for place in kept),
-            means=cells.means[kept],
-            counts=cells.counts[kept],
-        )
-        outcomes.append(rm_anova(fewer, "Participant means, complete sessions only", "sensitivity"))
+        name = "Participant means, complete sessions only"
+        outcomes.append(rm_anova(cells.only(kept), name, "sensitivity"))
     return outcomes
 
 

@@ -12,7 +12,7 @@ from rich.console import Console
 from analysis.data_label import DataLabel
 from analysis.formatting import counted
 from analysis.recordings import StudyRecordings, load_recordings
-from analysis.tables.columns import DATA_COLUMN
+from analysis.tables.columns import DATA_COLUMN, Table
 from analysis.tables.study_tables import StudyTables
 from study.errors import StudyError
 
@@ -62,6 +62,15 @@ def write_text(path: Path, text: str) -> None:
     write_pieces(path, [text])
 
 
+def write_json(path: Path, content: object) -> None:
+    """Write a file of JSON for people to read too.
+
+    Raises:
+        StudyError: it cannot be written.
+    """
+    write_text(path, json.dumps(content, indent=1, ensure_ascii=False) + "\n")
+
+
 def write_pieces(path: Path, pieces: Iterable[str]) -> None:
     """Write a file piece by piece; it appears under its name when it is whole.
 
@@ -98,25 +107,33 @@ def write_tables(tables: StudyTables, label: DataLabel, folder: Path, *, long: b
     meaning: dict[str, object] = {}
     count = 0
     for name in tables.names(long=long):
-        pieces = csv_pieces(tables, name, label, meaning)
-        write_pieces(folder / f"{name}.csv", pieces)
+        pieces = _noted(tables.pieces(name), meaning)
+        write_pieces(folder / f"{name}.csv", csv_pieces(pieces, label.line))
         count += 1
     content = {"data": label.line, "parameters": dict(label.parameters), "tables": meaning}
-    write_text(folder / "columns.json", json.dumps(content, indent=1, ensure_ascii=False) + "\n")
+    write_json(folder / "columns.json", content)
     return count
 
 
-def csv_pieces(
-    tables: StudyTables, name: str, label: DataLabel, meaning: dict[str, object]
-) -> Iterator[str]:
-    """Yield a table as CSV, a session at a time if it is long; note what its columns mean."""
-    for place, table in enumerate(tables.pieces(name)):
-        if place == 0:
-            meaning[name] = {
-                "row": table.text,
-                "columns": {
-                    column.name: {"type": column.dtype, "unit": column.unit, "meaning": column.text}
-                    for column in (*table.columns, DATA_COLUMN)
-                },
-            }
-        yield table.to_csv(label.line, header=place == 0)
+def csv_pieces(parts: Iterable[Table], data: str) -> Iterator[str]:
+    """Yield tables with the same columns as one text of CSV, piece by piece.
+
+    Args:
+        parts: the tables, in order.
+        data: who produced the data: the value of the last column.
+    """
+    for place, part in enumerate(parts):
+        yield part.to_csv(data, header=place == 0)
+
+
+def _noted(parts: Iterable[Table], meaning: dict[str, object]) -> Iterator[Table]:
+    """Pass tables on; note what a row and the columns of each name mean."""
+    for part in parts:
+        meaning[part.name] = {
+            "row": part.text,
+            "columns": {
+                column.name: {"type": column.dtype, "unit": column.unit, "meaning": column.text}
+                for column in (*part.columns, DATA_COLUMN)
+            },
+        }
+        yield part

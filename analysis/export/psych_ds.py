@@ -7,7 +7,6 @@ Psych-DS 1: data as CSV under ``data/``, named ``<keyword>-<value>_data.csv``, d
 from __future__ import annotations
 
 import dataclasses
-import json
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,7 +14,14 @@ from typing import Any, BinaryIO
 
 import pandas as pd
 
-from analysis.commands.writing import make_folder, open_private, write_pieces, write_text
+from analysis.commands.writing import (
+    csv_pieces,
+    make_folder,
+    open_private,
+    write_json,
+    write_pieces,
+    write_text,
+)
 from analysis.environment import environment
 from analysis.export.reconcile import Count, reconcile
 from analysis.export.wide import wide_table
@@ -66,10 +72,10 @@ def export(results: StudyResults, folder: Path, *, long: bool, parquet: bool) ->
     rows: dict[str, int] = {}
     described: dict[str, tuple[str, tuple[Column, ...]]] = {}
     for name in results.tables.names(long=long):
-        path = f"data/table-{name.replace('_', '')}_data.csv"
-        parts = _parts(results, name, rows, described)
+        path = f"data/{_file_name(name)}"
         writer = _Parquet(folder / "parquet" / f"{name}.parquet") if parquet else None
-        write_pieces(folder / path, _csv(parts, label.line, writer))
+        parts = _parts(results, name, rows, described, writer)
+        write_pieces(folder / path, csv_pieces(parts, label.line))
         if writer is not None:
             writer.close()
             files.append(f"parquet/{name}.parquet")
@@ -88,7 +94,7 @@ def export(results: StudyResults, folder: Path, *, long: bool, parquet: bool) ->
             "Please report this with the recordings' SHA-256; do not use the export.",
         )
     content = _description(results, described, counts)
-    write_text(folder / "dataset_description.json", _json(content))
+    write_json(folder / "dataset_description.json", content)
     write_text(folder / "codebook.csv", _codebook(described).to_csv(label.line))
     write_text(folder / "README.md", _readme(results, rows))
     files += ["dataset_description.json", "codebook.csv", "README.md"]
@@ -100,19 +106,21 @@ def _parts(
     name: str,
     rows: dict[str, int],
     described: dict[str, tuple[str, tuple[Column, ...]]],
+    writer: _Parquet | None,
 ) -> Iterator[Table]:
+    """Yield a table's parts; note what they are and how many rows, and write them as Parquet."""
     rows[name] = 0
     for part in results.tables.pieces(name):
         described[name] = (part.text, (*part.columns, DATA_COLUMN))
         rows[name] += len(part)
+        if writer is not None:
+            writer.add(part.frame.assign(**{DATA_COLUMN.name: results.label.line}))
         yield part
 
 
-def _csv(parts: Iterator[Table], data: str, writer: _Parquet | None) -> Iterator[str]:
-    for place, part in enumerate(parts):
-        if writer is not None:
-            writer.add(part.frame.assign(**{DATA_COLUMN.name: data}))
-        yield part.to_csv(data, header=place == 0)
+def _file_name(table: str) -> str:
+    """Return a table's file in Psych-DS: keyword, value without a mark, suffix."""
+    return f"table-{table.replace('_', '')}_data.csv"
 
 
 class _Parquet:
@@ -232,9 +240,7 @@ def _codebook(described: dict[str, tuple[str, tuple[Column, ...]]]) -> Table:
 
 
 def _readme(results: StudyResults, rows: dict[str, int]) -> str:
-    listed = "\n".join(
-        f"- `table-{n.replace('_', '')}_data.csv`: {c} rows" for n, c in rows.items()
-    )
+    listed = "\n".join(f"- `{_file_name(name)}`: {count} rows" for name, count in rows.items())
     title = " ".join(results.facts.title.split())
     return (
         f"# {title}\n\n{results.label.line}.\n\n"
@@ -244,7 +250,3 @@ def _readme(results: StudyResults, rows: dict[str, int]) -> str:
         "file; Parquet files hold it as it was given.\n\n"
         f"{listed}\n"
     )
-
-
-def _json(content: object) -> str:
-    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"

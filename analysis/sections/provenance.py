@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import base64
 import dataclasses
-import importlib.metadata
 import json
 import platform
 
+from analysis.environment import PACKAGES, version_of
 from analysis.formatting import counted, listed
 from analysis.results import StudyResults
 from analysis.statistics.result import EffectResult
 
-PACKAGES = ("scaled-autonomy", "numpy", "pandas", "scipy", "statsmodels", "pingouin")
 EMBED_ROWS = 600
 """Most rows of a table that the page itself carries."""
 
@@ -45,13 +44,9 @@ def downloads(results: StudyResults) -> list[Download]:
 
 def analysis_versions() -> list[tuple[str, str]]:
     """Return the versions of what computed this report."""
-    found = [("Python", platform.python_version())]
-    for package in PACKAGES:
-        try:
-            found.append((package, importlib.metadata.version(package)))
-        except importlib.metadata.PackageNotFoundError:
-            continue
-    return found
+    versions = [(package, version_of(package)) for package in PACKAGES]
+    installed = [(package, version) for package, version in versions if version is not None]
+    return [("Python", platform.python_version()), *installed]
 
 
 def recording_versions(results: StudyResults) -> list[tuple[str, str]]:

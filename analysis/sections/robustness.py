@@ -38,8 +38,7 @@ def order_tests(results: StudyResults) -> list[EffectResult]:
     found = results.robustness
     if found is None or not isinstance(found.orders, Crossover):
         return []
-    outcomes = (found.orders.condition, found.orders.period, found.orders.carry_over)
-    return [outcome for outcome in outcomes if isinstance(outcome, EffectResult)]
+    return [outcome for outcome in found.orders.outcomes if isinstance(outcome, EffectResult)]
 
 
 def refusals(results: StudyResults) -> list[Refusal]:
@@ -53,8 +52,7 @@ def refusals(results: StudyResults) -> list[Refusal]:
         return [Refusal("Robustness", reason)]
     refused = list(found.refusals)
     if isinstance(found.orders, Crossover):
-        outcomes = (found.orders.condition, found.orders.period, found.orders.carry_over)
-        refused += [outcome for outcome in outcomes if isinstance(outcome, Refusal)]
+        refused += [outcome for outcome in found.orders.outcomes if isinstance(outcome, Refusal)]
     return refused
 
 

@@ -39,6 +39,15 @@ class Cells:
         """Return the means of one condition, shape (n,)."""
         return self.means[:, self.levels.index(level)]
 
+    def only(self, places: Sequence[int]) -> Cells:
+        """Return some participants with every condition: those at these places."""
+        return dataclasses.replace(
+            self,
+            participants=tuple(self.participants[place] for place in places),
+            means=self.means[list(places)],
+            counts=self.counts[list(places)],
+        )
+
     def keep(self, levels: Sequence[str]) -> Cells:
         """Return the same participants with these conditions only."""
         places = [self.levels.index(level) for level in levels]

@@ -37,6 +37,11 @@ class Crossover:
     period: Outcome
     carry_over: Outcome
 
+    @property
+    def outcomes(self) -> tuple[Outcome, Outcome, Outcome]:
+        """All three, in the order of the tables."""
+        return self.condition, self.period, self.carry_over
+
 
 def crossover(cells: Cells, orders: Mapping[str, tuple[str, ...]]) -> Crossover | Refusal:
     """Test condition, period and carry-over.

@@ -59,12 +59,7 @@ def leave_one_out(cells: Cells, name: str = "Leaving one participant out") -> Le
         return Refusal(name, reason, cells.excluded)
     each = []
     for place, who in enumerate(cells.participants):
-        others = dataclasses.replace(
-            cells,
-            participants=cells.participants[:place] + cells.participants[place + 1 :],
-            means=np.delete(cells.means, place, axis=0),
-            counts=np.delete(cells.counts, place, axis=0),
-        )
+        others = cells.only([other for other in range(cells.n) if other != place])
         result = rm_anova(others, f"Without {who}", "sensitivity")
         if isinstance(result, Refusal):
             reason = f"Without {who} there is no test: {result.reason}"

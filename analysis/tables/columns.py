@@ -110,11 +110,11 @@ class Table:
             header: whether the first line names the columns.
         """
         buffer = io.StringIO()
-        frame = self.safe_frame(data)
+        frame = self._safe_frame(data)
         frame.to_csv(buffer, index=False, header=header, lineterminator="\n")
         return buffer.getvalue()
 
-    def safe_frame(self, data: str) -> pd.DataFrame:
+    def _safe_frame(self, data: str) -> pd.DataFrame:
         """Return the data as they are exported, with who produced them in the last column.
 
         Text that a spreadsheet would take for a formula gets a leading apostrophe.
@@ -122,7 +122,7 @@ class Table:
         frame = self.frame.copy(deep=False)
         for column in self.columns:
             if column.dtype in ("text", "label"):
-                frame[column.name] = neutralised(frame[column.name])
+                frame[column.name] = _neutralised(frame[column.name])
         frame[DATA_COLUMN.name] = data
         return frame
 
@@ -163,7 +163,7 @@ def joined(parts: Sequence[Table]) -> Table:
     return Table(first.name, first.text, first.columns, data)
 
 
-def neutralised(values: pd.Series[Any]) -> pd.Series[Any]:
+def _neutralised(values: pd.Series[Any]) -> pd.Series[Any]:
     """Put an apostrophe before text that a spreadsheet would run as a formula."""
     distinct = [str(value) for value in values.unique()]
     harmful = {value: f"'{value}" for value in distinct if value.startswith(_FORMULA_SIGNS)}
