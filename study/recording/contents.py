@@ -9,11 +9,11 @@ from typing import BinaryIO
 
 from study.errors import RecordingError
 from study.recording import mcap_records, stated
+from study.recording.batches import batches
 from study.recording.descriptors import descriptor_set, message_name
 from study.recording.findings import (
     MAX_CHUNKS,
     MAX_RECORDS,
-    Chunk,
     Findings,
     FoundChunk,
     count_by_channel,
@@ -23,6 +23,7 @@ from study.recording.findings import (
 )
 from study.recording.identity import CHANNELS, SALVAGED_NUMBERS
 from study.recording.losses import Loss, counts_text
+from study.recording.mcap_chunks import Chunk
 from study.recording.mcap_records import MAGIC, DamagedError, Declaration, ExceedsError
 from study.recording.mcap_summary import (
     Summary,
@@ -193,7 +194,7 @@ def _by_index(stream: BinaryIO, size: int, path: Path) -> Contents:
     check_data_section(stream, summary)
     findings = Findings(path, intact=True)
     position = len(MAGIC)
-    end = summary.chunks[0].start if summary.chunks else summary.start
+    end = summary.chunks[0].start - mcap_records.RECORD.size if summary.chunks else summary.start
     while position < end:
         record = record_at(stream, position, size)
         findings.take(record)
@@ -207,7 +208,7 @@ def _by_index(stream: BinaryIO, size: int, path: Path) -> Contents:
     if not set(summary.by_channel) <= set(findings.channels):
         raise DamagedError("its channels are declared nowhere")
     losses = stated.losses(findings.metadata)
-    numbers, origin = _stated_numbers(stream, size, summary, findings)
+    numbers, origin = _stated_numbers(stream, summary, findings)
     if summary.message_count != sum(last - first + 1 for first, last in numbers):
         raise DamagedError("its numbers do not follow one another")
     findings.problems += [loss.text(origin) for loss in losses]
@@ -215,17 +216,6 @@ def _by_index(stream: BinaryIO, size: int, path: Path) -> Contents:
     findings.problems += stated.problems(findings.metadata)
     if lost:
         findings.problems.append(f"Missing in all: {counts_text(lost)}.")
-    chunks = tuple(
-        Chunk(
-            item.start + mcap_records.RECORD.size,
-            item.length - mcap_records.RECORD.size,
-            frozenset(item.index_places),
-            item.index_places,
-            item.index_length,
-        )
-        for item in summary.chunks
-        if item.index_places
-    )
     return Contents(
         complete=not findings.problems,
         problems=(*findings.problems, *_unknown_topics(findings)),
@@ -234,7 +224,7 @@ def _by_index(stream: BinaryIO, size: int, path: Path) -> Contents:
         metadata=findings.metadata,
         attachments=findings.attachments,
         declarations=tuple(findings.declarations.values()),
-        chunks=chunks,
+        chunks=tuple(chunk for chunk in summary.chunks if chunk.channels),
         numbers=numbers,
         by_channel=summary.by_channel,
     )
@@ -320,18 +310,16 @@ def _end(
 
 
 def _stated_numbers(
-    stream: BinaryIO, size: int, summary: Summary, findings: Findings
+    stream: BinaryIO, summary: Summary, findings: Findings
 ) -> tuple[tuple[tuple[int, int], ...], int]:
     """Return the numbers that a whole file holds, and the log time of its first record."""
     first: list[int] = []
     origin = last = 0
-    for item in [*summary.chunks[:3], summary.chunks[-1]]:
-        payload = record_at(stream, item.start, size).payload
-        messages, _ = mcap_records.chunk_messages(mcap_records.chunk_data(payload))
-        if messages.sequence.size:
-            origin = origin or int(messages.log_time_ns[0])
-            first += messages.sequence[:2].tolist()
-            last = int(messages.sequence[-1])
+    for chunk in [*summary.chunks[:3], summary.chunks[-1]]:
+        for batch in batches(stream, [chunk], chunk.channels):
+            origin = origin or int(batch.messages.log_time_ns[0])
+            first += batch.messages.sequence[:2].tolist()
+            last = int(batch.messages.sequence[-1])
     if SALVAGED_NUMBERS in findings.metadata:
         return stated.pairs(findings.metadata[SALVAGED_NUMBERS]), origin
     if not first:

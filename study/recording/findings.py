@@ -23,6 +23,7 @@ from study.recording.identity import (
     metadata_digest,
 )
 from study.recording.losses import Loss
+from study.recording.mcap_chunks import Chunk, chunk_data, chunk_messages
 from study.recording.mcap_records import DamagedError, Declaration, ExceedsError, TopLevel
 
 MAX_RECORDS: Final = 5_000_000
@@ -30,26 +31,6 @@ MAX_RECORDS: Final = 5_000_000
 MAX_CHUNKS: Final = 500_000
 MAX_ATTACHMENTS_BYTES: Final = 96 * 2**20
 """Most bytes of all attachments together."""
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Chunk:
-    """Where one chunk is, and what is in it.
-
-    Attributes:
-        start: place of its payload in the file, bytes.
-        length: of the payload, bytes.
-        channels: those that it has messages of.
-        index_places: where in the file the message index of each channel begins; None if
-            there is none that can be trusted.
-        index_length: of the message indexes right after the chunk, bytes.
-    """
-
-    start: int
-    length: int
-    channels: frozenset[int]
-    index_places: dict[int, int] | None = None
-    index_length: int = 0
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -209,8 +190,8 @@ class Findings:
         self.attachments.setdefault(name, data)
 
     def _take_chunk(self, record: TopLevel) -> None:
-        data = mcap_records.chunk_data(record.payload)
-        messages, declared = mcap_records.chunk_messages(data)
+        data = chunk_data(record.payload)
+        messages, declared = chunk_messages(data)
         if (np.diff(messages.sequence.astype(np.int64)) <= 0).any():
             raise DamagedError("its records are out of order")
         self._records += len(messages.sequence)
@@ -226,7 +207,7 @@ class Findings:
         by_channel = dict(zip(channels.tolist(), counts.tolist(), strict=True))
         self.chunks.append(
             FoundChunk(
-                Chunk(record.start, len(record.payload), frozenset(by_channel)),
+                Chunk(record.start, len(record.payload), len(data), frozenset(by_channel)),
                 messages.sequence,
                 int(messages.log_time_ns[0]),
                 int(messages.log_time_ns[-1]),

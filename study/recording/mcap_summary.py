@@ -8,6 +8,7 @@ import struct
 import zlib
 from typing import BinaryIO, Final
 
+from study.recording.mcap_chunks import Chunk
 from study.recording.mcap_records import (
     CHANNEL,
     CHUNK_INDEX,
@@ -24,31 +25,16 @@ from study.recording.mcap_records import (
     ExceedsError,
     TopLevel,
     declaration,
-    text_at,
 )
 
 FOOTER_BYTES: Final = RECORD.size + 20 + len(MAGIC)
 DATA_END_BYTES: Final = RECORD.size + 4
 _STATISTICS = struct.Struct("<QHIIIIQQ")
 _INDEX = struct.Struct("<QQQQI")
-_CRC_BLOCK: Final = 2**20
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class IndexedChunk:
-    """What the chunk index says of one chunk.
-
-    Attributes:
-        start: place of the chunk's record in the file, bytes.
-        length: of the record, with opcode and length, bytes.
-        index_length: of the message indexes right after it, bytes.
-        index_places: where in the file the message index of each channel begins.
-    """
-
-    start: int
-    length: int
-    index_length: int
-    index_places: dict[int, int]
+_AFTER_PAIRS = struct.Struct("<QI")
+_SIZES = struct.Struct("<QQ")
+_PAIR = struct.Struct("<HQ")
+_CRC_BLOCK: Final = 2**18
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -65,7 +51,7 @@ class Summary:
 
     start: int
     declarations: tuple[Declaration, ...]
-    chunks: tuple[IndexedChunk, ...]
+    chunks: tuple[Chunk, ...]
     message_count: int
     by_channel: dict[int, int]
 
@@ -124,18 +110,20 @@ def _checksum(stream: BinaryIO, size: int) -> int | None:
     """Return the CRC-32 of a file's first bytes; None if it has not so many."""
     stream.seek(0)
     left, checksum = size, 0
+    # One block's memory for all: new memory for each costs as much as the checksum.
+    block = memoryview(bytearray(_CRC_BLOCK))
     while left > 0:
-        block = stream.read(min(left, _CRC_BLOCK))
-        if not block:
+        count = stream.readinto(block[: min(left, _CRC_BLOCK)])  # type: ignore[attr-defined]
+        if not count:
             return None
-        checksum = zlib.crc32(block, checksum)
-        left -= len(block)
+        checksum = zlib.crc32(block[:count], checksum)
+        left -= count
     return checksum
 
 
 def _parse(data: bytes, start: int) -> Summary:
     declarations: list[Declaration] = []
-    chunks: list[IndexedChunk] = []
+    chunks: list[Chunk] = []
     count, by_channel = 0, dict[int, int]()
     position = 0
     while position < len(data):
@@ -156,21 +144,23 @@ def _parse(data: bytes, start: int) -> Summary:
     return Summary(start, tuple(declarations), tuple(chunks), count, by_channel)
 
 
-def _indexed_chunk(payload: bytes, end: int) -> IndexedChunk:
+def _indexed_chunk(payload: bytes, end: int) -> Chunk:
     _, _, start, length, pairs_length = _INDEX.unpack_from(payload)
     places = dict(_pairs(payload, _INDEX.size - 4))
-    (index_length,) = struct.unpack_from("<Q", payload, _INDEX.size + pairs_length)
-    at_sizes = _INDEX.size + pairs_length + 8
-    _, at_sizes = text_at(payload, at_sizes)
-    if struct.unpack_from("<QQ", payload, at_sizes)[1] > MAX_CHUNK_BYTES:
+    index_length, name_length = _AFTER_PAIRS.unpack_from(payload, _INDEX.size + pairs_length)
+    at_sizes = _INDEX.size + pairs_length + _AFTER_PAIRS.size + name_length
+    _, size = _SIZES.unpack_from(payload, at_sizes)
+    if size > MAX_CHUNK_BYTES:
         raise ExceedsError(
             f"the chunk at byte {start} would have more than {MAX_CHUNK_BYTES} bytes"
         )
     if start + length + index_length > end or length < RECORD.size:
         raise DamagedError("the index points beyond the data")
-    if any(not start + length <= place < end for place in places.values()):
+    if places and not (start + length <= min(places.values()) and max(places.values()) < end):
         raise DamagedError("the index points beyond the data")
-    return IndexedChunk(start, length, index_length, places)
+    return Chunk(
+        start + RECORD.size, length - RECORD.size, size, frozenset(places), places, index_length
+    )
 
 
 def _pairs(payload: bytes, position: int) -> list[tuple[int, int]]:
@@ -179,4 +169,4 @@ def _pairs(payload: bytes, position: int) -> list[tuple[int, int]]:
     begin = position + 4
     if length % 10 or begin + length > len(payload):
         raise DamagedError("a map of the summary is malformed")
-    return list(struct.iter_unpack("<HQ", payload[begin : begin + length]))
+    return list(_PAIR.iter_unpack(payload[begin : begin + length]))

@@ -19,7 +19,7 @@ from study.commands.main import app
 from study.errors import RecordingError
 from study.events.inputs import FleetObserved
 from study.events.shell import Note
-from study.recording import batches, mcap_records
+from study.recording import batches, mcap_chunks
 from study.recording.client import Recorder
 from study.recording.identity import PROFILE, SELF_DIGEST, metadata_digest
 from study.recording.losses import Loss
@@ -215,13 +215,13 @@ def test_rare_topics_leave_other_chunks_alone(whole: Path, monkeypatch: pytest.M
     """Of an indexed file only the chunks that hold the topic are unpacked."""
     recording = read_recording(whole)
     unpacked: list[int] = []
-    real = mcap_records.chunk_data
+    real = mcap_chunks.unpack_into
 
-    def counted(payload: bytes, unpacker: zstandard.ZstdDecompressor) -> bytes:
-        unpacked.append(len(payload))
-        return real(payload, unpacker)
+    def counted(room: memoryview, payloads: list[memoryview], sizes: list[int]) -> None:
+        unpacked.extend(map(len, payloads))
+        real(room, payloads, sizes)
 
-    monkeypatch.setattr(batches, "chunk_data", counted)
+    monkeypatch.setattr(batches, "unpack_into", counted)
     assert len(list(recording.records("shell/note"))) == 21
     assert 0 < len(unpacked) < len(recording.chunks)
     unpacked.clear()
