@@ -88,7 +88,8 @@ def one_session(folder: Path, timesteps: int, times: int) -> Path:
     assert frame_of(ours)[list(STATES)].equals(
         frame_of_json(naive)[list(STATES)].astype(np.float32)
     )
-    chunks = [(chunk.start, chunk.length) for chunk in read_recording(ours).chunks]
+    table = read_recording(ours).chunks
+    chunks = list(zip(table.start.tolist(), table.length.tolist(), strict=True))
     measured = {
         "ours": seconds(lambda: frame_of(ours), times),
         "unpacking only": seconds(lambda: only_unpack(ours, chunks), times),

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from itertools import accumulate
 from typing import BinaryIO, Final
 
 import numpy as np
@@ -13,7 +12,6 @@ import numpy.typing as npt
 
 from study.recording.mcap_chunks import (
     MESSAGE_HEAD,
-    Chunk,
     Messages,
     chunk_data,
     chunk_messages,
@@ -21,6 +19,7 @@ from study.recording.mcap_chunks import (
     rows_at,
     unpack_into,
 )
+from study.recording.mcap_index import ChunkTable, Places
 from study.recording.mcap_records import MESSAGE_INDEX, DamagedError
 
 BATCH_BYTES: Final = 2**20
@@ -33,8 +32,6 @@ _INDEX_DTYPE: Final = np.dtype(
     [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("bytes", "<u4")]
 )
 _ENTRY_BYTES: Final = 16
-
-Group = list[Chunk]
 
 
 class _Room:
@@ -75,7 +72,7 @@ class Batch:
         return Batch(_chosen(self.messages, self.messages.sequence <= sequence), self.data)
 
 
-def batches(stream: BinaryIO, chunks: Iterable[Chunk], channels: frozenset[int]) -> Iterator[Batch]:
+def batches(stream: BinaryIO, chunks: ChunkTable, channels: frozenset[int]) -> Iterator[Batch]:
     """Yield the messages of some channels.
 
     While the caller works on one batch, a thread loads the next: reading, unpacking and
@@ -89,7 +86,7 @@ def batches(stream: BinaryIO, chunks: Iterable[Chunk], channels: frozenset[int])
     Raises:
         DamagedError: a chunk is not what its checksum or its index says.
     """
-    groups = _groups(chunk for chunk in chunks if not chunk.channels.isdisjoint(channels))
+    groups = _groups(chunks.holding(channels))
     # One for the batch that is with the caller, one for the batch that is loaded.
     rooms = (_Room(), _Room())
 
@@ -99,16 +96,15 @@ def batches(stream: BinaryIO, chunks: Iterable[Chunk], channels: frozenset[int])
     yield from _one_ahead(load, len(groups))
 
 
-def _groups(chunks: Iterable[Chunk]) -> list[Group]:
+def _groups(chunks: ChunkTable) -> list[ChunkTable]:
     """Return the chunks of each batch."""
-    groups: list[Group] = []
-    room = 0
-    for chunk in chunks:
-        if room <= 0:
-            groups.append([])
-            room = BATCH_BYTES
-        groups[-1].append(chunk)
-        room -= chunk.size
+    total = np.cumsum(chunks.size)
+    groups: list[ChunkTable] = []
+    first, before = 0, 0
+    while first < len(chunks):
+        after = int(np.searchsorted(total, before + BATCH_BYTES)) + 1
+        groups.append(chunks.rows(slice(first, after)))
+        first, before = after, int(total[min(after, len(chunks)) - 1])
     return groups
 
 
@@ -129,25 +125,24 @@ def _one_ahead(load: Callable[[int], Batch], count: int) -> Iterator[Batch]:
         executor.shutdown(cancel_futures=True)
 
 
-def _load(stream: BinaryIO, group: Group, channels: frozenset[int], room: _Room) -> Batch:
+def _load(stream: BinaryIO, chunks: ChunkTable, channels: frozenset[int], room: _Room) -> Batch:
     """Read and unpack some chunks, and find their messages."""
-    stored, origins = _stored(stream, group, room)
-    payloads = [
-        stored[origin : origin + chunk.length] for origin, chunk in zip(origins, group, strict=True)
-    ]
-    begins = list(accumulate((chunk.size for chunk in group), initial=0))
+    stored, origins = _stored(stream, chunks, room)
+    begins = np.cumsum(chunks.size) - chunks.size
     try:
-        if len(group) == 1:
-            data = memoryview(chunk_data(payloads[0]))
+        if len(chunks) == 1:
+            data = memoryview(_one_chunk(chunks, stored, origins, 0))
         else:
-            data = room.data(begins[-1])
-            unpack_into(data, payloads, [chunk.size for chunk in group])
-    except DamagedError as error:
-        raise _which(group, payloads, error) from error
-    if any(chunk.index_places is None for chunk in group):
-        places = chunk_messages(data)[0].start - MESSAGE_HEAD.size
+            data = room.data(int(chunks.size.sum()))
+            unpack_into(data, stored, origins, chunks.length, chunks.size)
+    except DamagedError:
+        # Either this says which of them is damaged, or they are packed in another way.
+        parts = [_one_chunk(chunks, stored, origins, number) for number in range(len(chunks))]
+        data = memoryview(b"".join(parts))
+    if chunks.indexed:
+        places = _indexed(stored, origins, chunks, begins, channels)
     else:
-        places = _indexed(stored, origins, group, begins, channels)
+        places = chunk_messages(data)[0].start - MESSAGE_HEAD.size
     messages = messages_at(data, places)
     wanted = np.isin(messages.channel, list(channels))
     if not wanted.all():
@@ -157,93 +152,88 @@ def _load(stream: BinaryIO, group: Group, channels: frozenset[int], room: _Room)
     return Batch(messages, data)
 
 
-def _stored(stream: BinaryIO, group: Group, room: _Room) -> tuple[memoryview, list[int]]:
+def _stored(stream: BinaryIO, chunks: ChunkTable, room: _Room) -> tuple[memoryview, Places]:
     """Return the bytes of chunks and their message indexes, and where in them each chunk begins."""
+    between = chunks.start[1:] - chunks.end[:-1]
     # Chunks that follow one another, or nearly, are read at one go.
-    runs: list[Group] = []
-    first = 0
-    for after in range(1, len(group) + 1):
-        if after < len(group) and 0 <= group[after].start - group[after - 1].end < _SKIPPED_BYTES:
-            continue
-        runs.append(group[first:after])
-        first = after
-    stored = room.stored(sum(run[-1].end - run[0].start for run in runs))
-    origins: list[int] = []
-    begin = 0
-    for run in runs:
-        end = begin + run[-1].end - run[0].start
-        stream.seek(run[0].start)
-        if stream.readinto(stored[begin:end]) < end - begin:  # type: ignore[attr-defined]
+    breaks = np.flatnonzero((between < 0) | (between >= _SKIPPED_BYTES)) + 1
+    firsts, lasts = np.append(0, breaks), np.append(breaks, len(chunks)) - 1
+    lengths = chunks.end[lasts] - chunks.start[firsts]
+    begins = np.cumsum(lengths) - lengths
+    stored = room.stored(int(lengths.sum()))
+    for start, begin, length in zip(
+        chunks.start[firsts].tolist(), begins.tolist(), lengths.tolist(), strict=True
+    ):
+        stream.seek(start)
+        if stream.readinto(stored[begin : begin + length]) < length:  # type: ignore[attr-defined]
             raise DamagedError("it became shorter while it was read")
-        origins += [begin + chunk.start - run[0].start for chunk in run]
-        begin = end
-    return stored, origins
+    shifts = np.repeat(begins - chunks.start[firsts], lasts - firsts + 1)
+    return stored, chunks.start + shifts
 
 
-def _which(group: Group, payloads: list[memoryview], error: DamagedError) -> DamagedError:
-    """Return the error that names the damaged chunk."""
-    for chunk, payload in zip(group, payloads, strict=True):
-        try:
-            if len(chunk_data(bytes(payload))) != chunk.size:
-                return _damaged(chunk, error)
-        except DamagedError as found:
-            return _damaged(chunk, found)
-    return error
+def _one_chunk(chunks: ChunkTable, stored: memoryview, origins: Places, number: int) -> bytes:
+    """Return one chunk's records."""
+    origin = int(origins[number])
+    try:
+        data = chunk_data(stored[origin : origin + int(chunks.length[number])])
+    except DamagedError as error:
+        raise _damaged(chunks, number, error) from error
+    if len(data) != chunks.size[number]:
+        raise _damaged(chunks, number, "its size is not what the index says")
+    return data
 
 
-def _damaged(chunk: Chunk, why: object) -> DamagedError:
-    return DamagedError(f"the chunk at byte {chunk.start} is damaged: {why}")
+def _damaged(chunks: ChunkTable, number: int, why: object) -> DamagedError:
+    return DamagedError(f"the chunk at byte {chunks.start[number]} is damaged: {why}")
 
 
 def _indexed(
     stored: memoryview,
-    origins: list[int],
-    group: Group,
-    begins: list[int],
+    origins: Places,
+    chunks: ChunkTable,
+    begins: Places,
     channels: frozenset[int],
-) -> npt.NDArray[np.int64]:
+) -> Places:
     """Return where in unpacked chunks the messages of some channels begin, by the message indexes.
 
     Args:
         stored: the chunks and their message indexes.
         origins: where in it each chunk begins.
-        group: the chunks.
-        begins: where each chunk's records begin once unpacked, and the end of the last.
+        chunks: which.
+        begins: where each chunk's records begin once unpacked.
         channels: which.
     """
-    found: list[npt.NDArray[np.int64]] = []
-    for channel in channels:
-        held, heads_at, ends = [], [], []
-        for number, (origin, chunk) in enumerate(zip(origins, group, strict=True)):
-            place = (chunk.index_places or {}).get(channel)
-            if place is None:
-                continue
-            held.append(number)
-            heads_at.append(place - chunk.start + origin)
-            ends.append(chunk.end - chunk.start + origin)
-            if not chunk.start + chunk.length <= place <= chunk.end - _INDEX_DTYPE.itemsize:
-                raise _damaged(chunk, "its message index is elsewhere")
-        if not held:
+    found: list[Places] = []
+    for channel in channels & chunks.places.keys():
+        held = np.flatnonzero(chunks.places[channel])
+        if not held.size:
             continue
-        at = np.array(heads_at, np.int64)
-        heads = rows_at(stored, at, _INDEX_DTYPE.itemsize).view(_INDEX_DTYPE).reshape(-1)
-        begin = at + _INDEX_DTYPE.itemsize
-        wrong = (heads["opcode"] != MESSAGE_INDEX) | (heads["channel"] != channel)
-        wrong |= (heads["bytes"] % _ENTRY_BYTES != 0) | (begin + heads["bytes"] > np.array(ends))
+        place = chunks.places[channel][held]
+        after = chunks.start[held] + chunks.length[held]
+        wrong = (place < after) | (place > chunks.end[held] - _INDEX_DTYPE.itemsize)
         if wrong.any():
-            raise _damaged(group[held[int(wrong.argmax())]], "its message index is malformed")
+            number = int(held[wrong.argmax()])
+            raise _damaged(chunks, number, "its message index is elsewhere")
+        shift = origins[held] - chunks.start[held]
+        rows = rows_at(stored, place + shift, _INDEX_DTYPE.itemsize)
+        heads = rows.view(_INDEX_DTYPE).reshape(-1)
+        begin = place + shift + _INDEX_DTYPE.itemsize
+        wrong = (heads["opcode"] != MESSAGE_INDEX) | (heads["channel"] != channel)
+        wrong |= heads["bytes"] % _ENTRY_BYTES != 0
+        wrong |= begin + heads["bytes"] > chunks.end[held] + shift
+        if wrong.any():
+            number = int(held[wrong.argmax()])
+            raise _damaged(chunks, number, "its message index is malformed")
         counts = heads["bytes"].astype(np.int64) // _ENTRY_BYTES
         # Entries of time and place, 16 bytes each, as many as each index has.
         skipped = begin - _ENTRY_BYTES * (np.cumsum(counts) - counts)
         entries = np.repeat(skipped, counts) + _ENTRY_BYTES * np.arange(counts.sum())
         places = rows_at(stored, entries, _ENTRY_BYTES).view("<i8")[:, 1]
-        starts = np.array(begins)
-        room = np.repeat((starts[1:] - starts[:-1])[held], counts)
-        beyond = (places < 0) | (places >= room)
+        beyond = (places < 0) | (places >= np.repeat(chunks.size[held], counts))
         if beyond.any():
-            where = np.repeat(held, counts)[int(beyond.argmax())]
-            raise _damaged(group[where], "its message index points beyond it")
-        found.append(places + np.repeat(starts[:-1][held], counts))
+            number = int(np.repeat(held, counts)[beyond.argmax()])
+            raise _damaged(chunks, number, "its message index points beyond it")
+        found.append(places + np.repeat(begins[held], counts))
     return np.concatenate(found)
 
 

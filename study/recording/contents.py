@@ -20,10 +20,11 @@ from study.recording.findings import (
     gaps,
     ordered,
     runs,
+    table,
 )
 from study.recording.identity import CHANNELS, SALVAGED_NUMBERS
 from study.recording.losses import Loss, counts_text
-from study.recording.mcap_chunks import Chunk
+from study.recording.mcap_index import ChunkTable
 from study.recording.mcap_records import MAGIC, DamagedError, Declaration, ExceedsError
 from study.recording.mcap_summary import (
     Summary,
@@ -65,7 +66,7 @@ class Contents:
     metadata: dict[str, str]
     attachments: dict[str, bytes]
     declarations: tuple[Declaration, ...]
-    chunks: tuple[Chunk, ...]
+    chunks: ChunkTable
     numbers: tuple[tuple[int, int], ...]
     by_channel: dict[int, int]
     found: tuple[FoundChunk, ...] = ()
@@ -150,7 +151,7 @@ def search_contents(stream: BinaryIO, size: int, path: Path) -> Contents:
     chunks = ordered(findings)
     losses = gaps(chunks, continues=findings.continues)
     missing = _missing_by_topic(findings, summary, chunks)
-    places = [chunk.place.start for chunk in chunks]
+    places = [chunk.start for chunk in chunks]
     # In a file whose blocks changed places, damage anywhere may have been its end.
     after_last = last_damage >= 0 and (last_damage > places[-1] if places else True)
     after_last |= places != sorted(places)
@@ -173,7 +174,7 @@ def search_contents(stream: BinaryIO, size: int, path: Path) -> Contents:
         metadata=findings.metadata,
         attachments=findings.attachments,
         declarations=tuple(findings.declarations.values()),
-        chunks=tuple(chunk.place for chunk in chunks),
+        chunks=table(chunks),
         numbers=tuple(run for chunk in chunks for run in runs(chunk)),
         by_channel=dict(count_by_channel(chunks)),
         found=tuple(chunks),
@@ -194,12 +195,14 @@ def _by_index(stream: BinaryIO, size: int, path: Path) -> Contents:
     check_data_section(stream, summary)
     findings = Findings(path, intact=True)
     position = len(MAGIC)
-    end = summary.chunks[0].start - mcap_records.RECORD.size if summary.chunks else summary.start
+    if not len(summary.chunks):
+        raise DamagedError("it is to be searched")
+    end = int(summary.chunks.start[0]) - mcap_records.RECORD.size
     while position < end:
         record = record_at(stream, position, size)
         findings.take(record)
         position = record.start + len(record.payload)
-    if not findings.ours or not summary.chunks:
+    if not findings.ours:
         raise DamagedError("it is to be searched")
     findings.check_digests()
     findings.declare(summary.declarations)
@@ -224,7 +227,7 @@ def _by_index(stream: BinaryIO, size: int, path: Path) -> Contents:
         metadata=findings.metadata,
         attachments=findings.attachments,
         declarations=tuple(findings.declarations.values()),
-        chunks=tuple(chunk for chunk in summary.chunks if chunk.channels),
+        chunks=summary.chunks,
         numbers=numbers,
         by_channel=summary.by_channel,
     )
@@ -315,8 +318,9 @@ def _stated_numbers(
     """Return the numbers that a whole file holds, and the log time of its first record."""
     first: list[int] = []
     origin = last = 0
-    for chunk in [*summary.chunks[:3], summary.chunks[-1]]:
-        for batch in batches(stream, [chunk], chunk.channels):
+    chunks, channels = summary.chunks, frozenset(summary.chunks.places)
+    for chunk in (*chunks.each(slice(0, 3)), *chunks.each(slice(-1, None))):
+        for batch in batches(stream, chunk, channels):
             origin = origin or int(batch.messages.log_time_ns[0])
             first += batch.messages.sequence[:2].tolist()
             last = int(batch.messages.sequence[-1])

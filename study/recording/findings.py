@@ -23,7 +23,8 @@ from study.recording.identity import (
     metadata_digest,
 )
 from study.recording.losses import Loss
-from study.recording.mcap_chunks import Chunk, chunk_data, chunk_messages
+from study.recording.mcap_chunks import chunk_data, chunk_messages
+from study.recording.mcap_index import ChunkTable
 from study.recording.mcap_records import DamagedError, Declaration, ExceedsError, TopLevel
 
 MAX_RECORDS: Final = 5_000_000
@@ -38,7 +39,9 @@ class FoundChunk:
     """A chunk whose checksum is right.
 
     Attributes:
-        place: where it is.
+        start: place of its payload in the file, bytes.
+        length: of the payload, bytes.
+        size: of its records once unpacked, bytes.
         sequence: numbers of its records, increasing, uint32 [m].
         first_ns: log time of its first record.
         last_ns: log time of its last record.
@@ -46,7 +49,9 @@ class FoundChunk:
         checksum: of the packed chunk, to know a second copy by.
     """
 
-    place: Chunk
+    start: int
+    length: int
+    size: int
     sequence: npt.NDArray[np.uint32]
     first_ns: int
     last_ns: int
@@ -207,7 +212,9 @@ class Findings:
         by_channel = dict(zip(channels.tolist(), counts.tolist(), strict=True))
         self.chunks.append(
             FoundChunk(
-                Chunk(record.start, len(record.payload), len(data), frozenset(by_channel)),
+                record.start,
+                len(record.payload),
+                len(data),
                 messages.sequence,
                 int(messages.log_time_ns[0]),
                 int(messages.log_time_ns[-1]),
@@ -264,6 +271,17 @@ def count_by_channel(chunks: list[FoundChunk]) -> Counter[int]:
     for chunk in chunks:
         total.update(chunk.by_channel)
     return total
+
+
+def table(chunks: list[FoundChunk]) -> ChunkTable:
+    """Return where chunks are; their message indexes were not looked at."""
+    rows = [(chunk.start, chunk.length, chunk.size) for chunk in chunks]
+    start, length, size = np.array(rows, np.int64).reshape(-1, 3).T
+    places = {
+        channel: np.array([channel in chunk.by_channel for chunk in chunks], np.int64)
+        for channel in count_by_channel(chunks)
+    }
+    return ChunkTable(start, length, size, start + length, places, indexed=False)
 
 
 def runs(chunk: FoundChunk) -> list[tuple[int, int]]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import struct
 import zlib
-from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -30,6 +29,17 @@ MAX_CHUNK_MESSAGES: Final = 100_000
 MESSAGE_HEAD: Final = struct.Struct("<BQHIQQ")
 _CHUNK = struct.Struct("<QQQI")
 _U64 = struct.Struct("<Q")
+_ZSTD_HEAD: Final = np.dtype(
+    [
+        ("first_ns", "<u8"),
+        ("last_ns", "<u8"),
+        ("size", "<u8"),
+        ("checksum", "<u4"),
+        ("name_bytes", "<u4"),
+        ("name", "S4"),
+        ("packed", "<u8"),
+    ]
+)
 _MESSAGE_DTYPE: Final = np.dtype(
     [
         ("opcode", "u1"),
@@ -40,33 +50,6 @@ _MESSAGE_DTYPE: Final = np.dtype(
         ("publish_time", "<u8"),
     ]
 )
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Chunk:
-    """Where one chunk is, and what is in it.
-
-    Attributes:
-        start: place of its payload in the file, bytes.
-        length: of the payload, bytes.
-        size: of its records once unpacked, bytes.
-        channels: those that it has messages of.
-        index_places: where in the file the message index of each channel begins; None if
-            there is none that can be trusted.
-        index_length: of the message indexes right after the chunk, bytes.
-    """
-
-    start: int
-    length: int
-    size: int
-    channels: frozenset[int]
-    index_places: dict[int, int] | None = None
-    index_length: int = 0
-
-    @property
-    def end(self) -> int:
-        """Place of the first byte after the chunk and its message indexes."""
-        return self.start + self.length + self.index_length
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -113,7 +96,13 @@ def chunk_data(payload: bytes | memoryview) -> bytes:
     return data
 
 
-def unpack_into(room: memoryview, payloads: Sequence[memoryview], sizes: Sequence[int]) -> None:
+def unpack_into(
+    room: memoryview,
+    stored: memoryview,
+    origins: npt.NDArray[np.int64],
+    lengths: npt.NDArray[np.int64],
+    sizes: npt.NDArray[np.int64],
+) -> None:
     """Write the records of several chunks, one chunk after another, uncompressed and checked.
 
     One call unpacks all, without Python's lock: most chunks are so small that a call for each
@@ -121,39 +110,37 @@ def unpack_into(room: memoryview, payloads: Sequence[memoryview], sizes: Sequenc
 
     Args:
         room: for all of it, writable, [sum of sizes].
-        payloads: the chunks, without opcode and length.
-        sizes: of each one's records, bytes: what is allocated.
+        stored: a piece of the file.
+        origins: where in it each chunk begins, without opcode and length [c].
+        lengths: of the chunks, bytes [c].
+        sizes: of each one's records, bytes: what is allocated [c].
 
     Raises:
-        DamagedError: one of them is not what its checksum or its size says.
+        DamagedError: one of them is not what its checksum or its size says; which one, `chunk_data`
+            tells.
     """
-    taken = [_taken_apart(payload) for payload in payloads]
-    if any(size != said for (size, *_), said in zip(taken, sizes, strict=True)):
-        raise DamagedError("its size is not what the index says")
-    parts: list[memoryview]
-    if any(compression != "zstd" for _, _, compression, _ in taken):
-        parts = [memoryview(chunk_data(payload)) for payload in payloads]
-    else:
-        parts = _unpacked([packed for *_, packed in taken], sizes)
-    begin = 0
-    for part, size, (_, checksum, _, _) in zip(parts, sizes, taken, strict=True):
-        if zlib.crc32(part) != checksum:
-            raise DamagedError("its checksum is wrong")
-        room[begin : begin + size] = part
-        begin += size
-
-
-def _unpacked(
-    packed: list[bytes | bytearray | memoryview], sizes: Sequence[int]
-) -> list[memoryview]:
+    if int(lengths.min()) < _ZSTD_HEAD.itemsize:
+        raise DamagedError("it is cut off")
+    heads = rows_at(stored, origins, _ZSTD_HEAD.itemsize).view(_ZSTD_HEAD).reshape(-1)
+    packed = lengths - _ZSTD_HEAD.itemsize
+    usual = (heads["name_bytes"] == 4) & (heads["name"] == b"zstd") & (heads["size"] == sizes)
+    if not (usual & (heads["packed"] == packed)).all():
+        raise DamagedError("it is not packed as recordings are")
+    frames = np.stack([origins + _ZSTD_HEAD.itemsize, packed], axis=1).astype("<u8")
     try:
         segments = zstandard.ZstdDecompressor().multi_decompress_to_buffer(
-            packed, decompressed_sizes=np.array(sizes, "<u8").tobytes()
+            zstandard.BufferWithSegments(stored, frames.tobytes()),
+            decompressed_sizes=sizes.astype("<u8").tobytes(),
         )
     except (zstandard.ZstdError, MemoryError, ValueError, TypeError) as error:
         raise DamagedError(f"it cannot be unpacked ({error})") from error
-    # zstandard does not say that a segment has a buffer.
-    return [memoryview(segments[number]) for number in range(len(segments))]  # type: ignore[arg-type]
+    begin = 0
+    for number, checksum in enumerate(heads["checksum"].tolist()):
+        part = memoryview(segments[number])  # type: ignore[arg-type] # a segment has a buffer
+        if zlib.crc32(part) != checksum:
+            raise DamagedError("its checksum is wrong")
+        room[begin : begin + len(part)] = part
+        begin += len(part)
 
 
 def _taken_apart(payload: memoryview) -> tuple[int, int, str, memoryview]:

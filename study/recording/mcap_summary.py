@@ -8,14 +8,13 @@ import struct
 import zlib
 from typing import BinaryIO, Final
 
-from study.recording.mcap_chunks import Chunk
+from study.recording.mcap_index import ChunkTable, index_table
 from study.recording.mcap_records import (
     CHANNEL,
     CHUNK_INDEX,
     DATA_END,
     FOOTER,
     MAGIC,
-    MAX_CHUNK_BYTES,
     MAX_RECORD_BYTES,
     RECORD,
     SCHEMA,
@@ -30,9 +29,6 @@ from study.recording.mcap_records import (
 FOOTER_BYTES: Final = RECORD.size + 20 + len(MAGIC)
 DATA_END_BYTES: Final = RECORD.size + 4
 _STATISTICS = struct.Struct("<QHIIIIQQ")
-_INDEX = struct.Struct("<QQQQI")
-_AFTER_PAIRS = struct.Struct("<QI")
-_SIZES = struct.Struct("<QQ")
 _PAIR = struct.Struct("<HQ")
 _CRC_BLOCK: Final = 2**18
 
@@ -51,7 +47,7 @@ class Summary:
 
     start: int
     declarations: tuple[Declaration, ...]
-    chunks: tuple[Chunk, ...]
+    chunks: ChunkTable
     message_count: int
     by_channel: dict[int, int]
 
@@ -123,7 +119,8 @@ def _checksum(stream: BinaryIO, size: int) -> int | None:
 
 def _parse(data: bytes, start: int) -> Summary:
     declarations: list[Declaration] = []
-    chunks: list[Chunk] = []
+    at: list[int] = []
+    lengths: list[int] = []
     count, by_channel = 0, dict[int, int]()
     position = 0
     while position < len(data):
@@ -131,36 +128,18 @@ def _parse(data: bytes, start: int) -> Summary:
         position += RECORD.size
         if length > len(data) - position:
             raise DamagedError("a record of the summary is cut off")
-        payload = data[position : position + length]
-        if opcode in {SCHEMA, CHANNEL}:
-            declarations.append(declaration(opcode, payload))
+        if opcode == CHUNK_INDEX:
+            at.append(position)
+            lengths.append(length)
+        elif opcode in {SCHEMA, CHANNEL}:
+            declarations.append(declaration(opcode, data[position : position + length]))
         elif opcode == STATISTICS:
+            payload = data[position : position + length]
             count = _STATISTICS.unpack_from(payload)[0]
             by_channel = dict(_pairs(payload, _STATISTICS.size))
-        elif opcode == CHUNK_INDEX:
-            chunks.append(_indexed_chunk(payload, start))
         position += length
-    chunks.sort(key=lambda item: item.start)
-    return Summary(start, tuple(declarations), tuple(chunks), count, by_channel)
-
-
-def _indexed_chunk(payload: bytes, end: int) -> Chunk:
-    _, _, start, length, pairs_length = _INDEX.unpack_from(payload)
-    places = dict(_pairs(payload, _INDEX.size - 4))
-    index_length, name_length = _AFTER_PAIRS.unpack_from(payload, _INDEX.size + pairs_length)
-    at_sizes = _INDEX.size + pairs_length + _AFTER_PAIRS.size + name_length
-    _, size = _SIZES.unpack_from(payload, at_sizes)
-    if size > MAX_CHUNK_BYTES:
-        raise ExceedsError(
-            f"the chunk at byte {start} would have more than {MAX_CHUNK_BYTES} bytes"
-        )
-    if start + length + index_length > end or length < RECORD.size:
-        raise DamagedError("the index points beyond the data")
-    if places and not (start + length <= min(places.values()) and max(places.values()) < end):
-        raise DamagedError("the index points beyond the data")
-    return Chunk(
-        start + RECORD.size, length - RECORD.size, size, frozenset(places), places, index_length
-    )
+    chunks = index_table(data, at, lengths, start)
+    return Summary(start, tuple(declarations), chunks, count, by_channel)
 
 
 def _pairs(payload: bytes, position: int) -> list[tuple[int, int]]:

@@ -124,8 +124,8 @@ def _write(stream: BinaryIO, contents: Contents, digest: str, target: Path) -> P
         out.attachment(name, data)
     out.declare(contents.declarations)
     for chunk in contents.found:
-        stream.seek(chunk.place.start)
-        out.chunk(stream.read(chunk.place.length), chunk)
+        stream.seek(chunk.start)
+        out.chunk(stream.read(chunk.length), chunk)
     out.finish()
     return file.publish()
 
