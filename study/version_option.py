@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 
-def _print_version(asked: bool) -> None:
+def _print_version(asked: bool) -> None:  # noqa: FBT001 - so Typer calls it
     if asked:
         version = importlib.metadata.version("scaled-autonomy")
         typer.echo(f"scaled-autonomy {version} (Python {platform.python_version()})")
