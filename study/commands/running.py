@@ -19,6 +19,7 @@ from study.commands.composing import (
     session_opened,
     start_failover_recorder,
 )
+from study.commands.deviations import tell_deviations
 from study.commands.resuming import (
     Boundary,
     RestoredFit,
@@ -206,6 +207,7 @@ def _run(
         publisher = MarkerPublisher(outlet, clock.now, conductor.observe) if outlet else None
         if publisher:
             conductor.watch(publisher.publish)
+        conductor.watch(tell_deviations)
         conductor.feed(beginning.first_input(clock.now()))
         LiveLoop(conductor, window, recorder, clock).run()
         if tap is not None:
