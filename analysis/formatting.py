@@ -66,6 +66,12 @@ def statistic(result: EffectResult) -> Markup:
     return _unbroken(name + f"{NO_BREAK}={NO_BREAK}{number(result.statistic, decimals)}")
 
 
+def plain_statistic(result: EffectResult) -> str:
+    """Write a statistic as plain text, for figures: "F(1, 11) = 18.56"."""
+    inside = f"({degrees(result)})" if result.df1 is not None else ""
+    return f"{result.statistic_name}{inside} = {number(result.statistic)}".replace(NO_BREAK, " ")
+
+
 def equation(result: EffectResult) -> Markup:
     """Write a statistic for running text: "F(1, 11) = 18.56, p = .001"."""
     name = Markup("<i>{}</i>").format(result.statistic_name)

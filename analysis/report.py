@@ -11,8 +11,11 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from analysis import formatting
+from analysis.plan_status import plan_status
 from analysis.results import StudyResults
 from analysis.sections import (
+    checks,
+    participants,
     policies,
     provenance,
     quality,
@@ -20,6 +23,7 @@ from analysis.sections import (
     reward,
     robustness,
     scorers,
+    sentences,
     summary,
 )
 from analysis.statistics.cumulative_link import CumulativeLink
@@ -86,8 +90,10 @@ def _context(results: StudyResults) -> dict[str, Any]:
         ("scorer-quality", "Scorer quality"),
         ("policies", "Phase four"),
         ("quality", "Data quality"),
+        ("checks", "Assumption checks"),
         ("timing", "Timing"),
-        ("methods", "Methods"),
+        ("participants", "Participants"),
+        ("methods", "Methods and sentences"),
         ("provenance", "Provenance"),
         ("downloads", "Downloads"),
     ]
@@ -101,6 +107,16 @@ def _context(results: StudyResults) -> dict[str, Any]:
         "tiles": summary.tiles(results),
         "reward_figure": reward.figure(results),
         "curves": reward.curves(results),
+        "plan": plan_status(results.study),
+        "forest": reward.forest_figure(results),
+        "forest_finding": reward.forest_finding(results),
+        "check_figure": checks.figure(results),
+        "check_rows": checks.rows(results),
+        "check_finding": checks.finding(results),
+        "pages": participants.pages(results),
+        "sentences": sentences.sentences(results),
+        "accuracy_figure": scorers.accuracy_figure(results),
+        "accuracy_finding": scorers.accuracy_finding(results),
         "test_groups": reward.test_groups(results),
         "reward_refusals": reward.refusals(results),
         "order_finding": reward.order_finding(results),

@@ -16,6 +16,7 @@ from analysis.statistics.phase_four import PhaseFour, phase_four
 from analysis.statistics.pooled_trials import condition_and_trial, condition_trial_order
 from analysis.statistics.result import EffectResult, Outcome
 from analysis.tables.study_tables import StudyTables
+from analysis.variants import Variant, variants
 from study.events.codes import Phase
 
 OCCASIONS = ("before_reveal", "after_reveal")
@@ -34,6 +35,7 @@ class StudyResults:
         cells: team reward by participant and condition.
         primary: the primary test.
         sensitivity: other tests of the same question.
+        variants: the primary test on other choices of rows.
         comparison: the paper's form.
         robustness: the difference from other sides; None unless two conditions were compared.
         orders: description by order.
@@ -49,6 +51,7 @@ class StudyResults:
     cells: Cells
     primary: Outcome
     sensitivity: tuple[Outcome, ...]
+    variants: tuple[Variant, ...]
     comparison: tuple[Outcome, ...]
     robustness: Robustness | None
     orders: tuple[OrderRow, ...]
@@ -74,7 +77,7 @@ def compute_results(study: StudyRecordings, tables: StudyTables) -> StudyResults
     cells = cell_means(data.trials, "team_reward", levels, what="complete trials")
     cells = dataclasses.replace(cells, excluded=(*data.excluded, *cells.excluded))
     whole = frozenset(s.opened.participant for s in study.sessions if s.complete)
-    tests = reward_tests(data.trials, cells, whole)
+    tests = reward_tests(data.trials, cells)
     used = data.trials[data.trials["participant"].isin(cells.participants)]
     trials = tables.frame("trials")
     before = trials[trials["phase"] == Phase.THREE]
@@ -91,8 +94,9 @@ def compute_results(study: StudyRecordings, tables: StudyTables) -> StudyResults
         cells=cells,
         primary=tests.primary,
         sensitivity=tests.sensitivity,
+        variants=variants(data, cells, tests.primary, whole),
         comparison=(condition_trial_order(used, levels), condition_and_trial(used, levels)),
-        robustness=robustness(cells, data.orders),
+        robustness=robustness(cells, data.orders, tests.means),
         orders=tuple(describe_orders(used, dict(data.orders))),
         ratings=tuple(_ratings(data, facts)),
         phase_four=phase_four(data.phase_four, tables.frame("fits"), levels, baseline),

@@ -26,10 +26,12 @@ class RewardTests:
     Attributes:
         primary: of the participants' means, or of the trials where somebody lacks some.
         sensitivity: other tests of the same question.
+        means: the test of the participants' means, primary or not.
     """
 
     primary: Outcome
     sensitivity: tuple[Outcome, ...]
+    means: Outcome
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -59,7 +61,7 @@ class Robustness:
         return tuple(unique.values())
 
 
-def reward_tests(trials: pd.DataFrame, cells: Cells, complete: frozenset[str]) -> RewardTests:
+def reward_tests(trials: pd.DataFrame, cells: Cells) -> RewardTests:
     """Test the condition effect on team reward.
 
     The test of the participants' means is primary if all have as many trials under each condition.
@@ -69,7 +71,6 @@ def reward_tests(trials: pd.DataFrame, cells: Cells, complete: frozenset[str]) -
     Args:
         trials: rows that enter, of any participant with a trial under a condition compared.
         cells: participants' means; of those with trials under every condition.
-        complete: participants whose sessions ran to their end.
     """
     period = trials["block"].astype("int64")
     levels = cells.levels
@@ -90,13 +91,21 @@ def reward_tests(trials: pd.DataFrame, cells: Cells, complete: frozenset[str]) -
     if not isinstance(model, Refusal):
         others.append(_named(model.satterthwaite[0]))
     if isinstance(means, EffectResult):
-        others += _beside_means(cells, complete)
-    return RewardTests(primary, tuple(others))
+        others += _beside_means(cells)
+    return RewardTests(primary, tuple(others), means)
 
 
-def robustness(cells: Cells, orders: Mapping[str, tuple[str, ...]]) -> Robustness | None:
-    """Look at the paired difference from other sides; None unless two conditions have data."""
-    if len(cells.levels) != 2 or isinstance(rm_anova(cells), Refusal):
+def robustness(
+    cells: Cells, orders: Mapping[str, tuple[str, ...]], means: Outcome
+) -> Robustness | None:
+    """Look at the paired difference from other sides; None unless two conditions have data.
+
+    Args:
+        cells: participants' means.
+        orders: each participant's conditions in the order run.
+        means: the test of these means: where it is refused, so is the rest.
+    """
+    if len(cells.levels) != 2 or isinstance(means, Refusal):
         return None
     return Robustness(
         orders=crossover(cells, orders),
@@ -106,17 +115,12 @@ def robustness(cells: Cells, orders: Mapping[str, tuple[str, ...]]) -> Robustnes
     )
 
 
-def _beside_means(cells: Cells, complete: frozenset[str]) -> list[Outcome]:
-    """Return the tests without assumptions of distribution, and that of complete sessions."""
-    outcomes: list[Outcome] = []
-    if len(cells.levels) == 2:
-        differences = cells.means[:, 1] - cells.means[:, 0]
-        outcomes += [signed_rank(differences, cells.participants), sign_flip(cells)]
-    kept = [place for place, who in enumerate(cells.participants) if who in complete]
-    if len(kept) < cells.n:
-        name = "Participant means, complete sessions only"
-        outcomes.append(rm_anova(cells.only(kept), name, "sensitivity"))
-    return outcomes
+def _beside_means(cells: Cells) -> list[Outcome]:
+    """Return the tests without assumptions of distribution, of two conditions."""
+    if len(cells.levels) != 2:
+        return []
+    differences = cells.means[:, 1] - cells.means[:, 0]
+    return [signed_rank(differences, cells.participants), sign_flip(cells)]
 
 
 def _named(result: EffectResult) -> EffectResult:

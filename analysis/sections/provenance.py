@@ -12,8 +12,8 @@ from analysis.formatting import counted, listed
 from analysis.results import StudyResults
 from analysis.statistics.result import EffectResult
 
-EMBED_ROWS = 600
-"""Most rows of a table that the page itself carries."""
+EMBED_BYTES = 400_000
+"""Largest CSV that the page itself carries."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -32,11 +32,11 @@ def downloads(results: StudyResults) -> list[Download]:
     tables = results.tables
     for name in tables.names():
         rows = tables.rows(name)
-        if rows > EMBED_ROWS:
+        csv = tables[name].to_csv(results.label.line).encode()
+        if len(csv) > EMBED_BYTES:
             made.append(Download(name, rows, f"tables/{name}.csv", embedded=False))
             continue
-        csv = tables[name].to_csv(results.label.line)
-        coded = base64.b64encode(csv.encode()).decode()
+        coded = base64.b64encode(csv).decode()
         href = f"data:text/csv;charset=utf-8;base64,{coded}"
         made.append(Download(name, rows, href, embedded=True))
     return made

@@ -7,13 +7,13 @@ from analysis.results import StudyResults
 from analysis.statistics.bayes_factor import BayesFactor
 from analysis.statistics.crossover import Crossover
 from analysis.statistics.leave_one_out import LeaveOneOut
-from analysis.statistics.result import Check, EffectResult, Refusal
+from analysis.statistics.result import EffectResult, Refusal
 
 LARGEST_SHOWN = 1e6
 
 
 def findings(results: StudyResults) -> list[str]:
-    """Say, a sentence or two each, what leaving out, Bayes factor and normality show."""
+    """Say, a sentence or two each, what leaving out and the Bayes factor show."""
     found = results.robustness
     if found is None:
         return []
@@ -22,14 +22,6 @@ def findings(results: StudyResults) -> list[str]:
         sentences.append(_left_out(found.left_out))
     if isinstance(found.bayes, BayesFactor):
         sentences.append(_bayes(found.bayes))
-    if isinstance(found.normality, Check):
-        check = found.normality
-        p = p_value(check.p) if check.p is not None else ""
-        equals = "" if p.startswith("<") else "= "
-        sentences.append(
-            f"{check.name}: {check.statistic_name} = {fraction(check.statistic)}, p {equals}{p}. "
-            f"{check.note}"
-        )
     return sentences
 
 

@@ -18,6 +18,26 @@
   system.addEventListener("change", label);
   label();
 
+  var said = document.getElementById("copied");
+  document.querySelectorAll("button.copy").forEach(function (copy) {
+    copy.hidden = false;
+    copy.addEventListener("click", function () {
+      var source = document.getElementById(copy.getAttribute("data-copy"));
+      // Selected in any case: where a browser forbids copying, the keyboard still can.
+      window.getSelection().selectAllChildren(source);
+      var done = function () {
+        said.textContent = "Copied.";
+      };
+      if (navigator.clipboard) {
+        navigator.clipboard.writeText(source.textContent).then(done, function () {
+          said.textContent = "Selected: copy it with the keyboard.";
+        });
+      } else if (document.execCommand("copy")) {
+        done();
+      }
+    });
+  });
+
   var links = {};
   document.querySelectorAll("nav.contents a").forEach(function (link) {
     links[link.hash.slice(1)] = link;

@@ -11,6 +11,7 @@ from analysis.robustness import reward_tests, robustness
 from analysis.statistics.cells import cell_means
 from analysis.statistics.crossover import Crossover
 from analysis.statistics.result import EffectResult
+from analysis.statistics.rm_anova import rm_anova
 
 LEVELS = ("manual", "assisted")
 MODEL = "Mixed model of trials, Kenward-Roger"
@@ -24,10 +25,10 @@ def trials() -> pd.DataFrame:
     return frame.rename(columns={"reward": "team_reward", "period": "block"})
 
 
-def names(trials: pd.DataFrame, complete: frozenset[str] | None = None) -> tuple[str, list[str]]:
+def names(trials: pd.DataFrame) -> tuple[str, list[str]]:
     """Return the primary test's name and the names of the others."""
     cells = cell_means(trials, "team_reward", LEVELS)
-    tests = reward_tests(trials, cells, complete or frozenset(cells.participants))
+    tests = reward_tests(trials, cells)
     assert isinstance(tests.primary, EffectResult)
     assert tests.primary.role == "primary"
     assert all(getattr(test, "role", "sensitivity") == "sensitivity" for test in tests.sensitivity)
@@ -58,17 +59,10 @@ def test_the_model_is_primary_where_a_condition_is_missing(trials: pd.DataFrame)
     who = trials["participant"].iloc[0]
     fewer = trials[(trials["participant"] != who) | (trials["condition"] == "manual")]
     cells = cell_means(fewer, "team_reward", LEVELS)
-    tests = reward_tests(fewer, cells, frozenset())
+    tests = reward_tests(fewer, cells)
     assert isinstance(tests.primary, EffectResult)
     assert tests.primary.name == MODEL
     assert len(tests.primary.participants) == cells.n + 1 == 12
-
-
-def test_who_broke_off_is_left_out_for_comparison(trials: pd.DataFrame) -> None:
-    """Complete sessions are tested alone if there are others."""
-    people = frozenset(trials["participant"].astype(str))
-    _, others = names(trials, people - {min(people)})
-    assert others[-1] == "Participant means, complete sessions only"
 
 
 def test_robustness_has_every_part(trials: pd.DataFrame) -> None:
@@ -77,7 +71,7 @@ def test_robustness_has_every_part(trials: pd.DataFrame) -> None:
     first = trials[trials["block"] == 1].drop_duplicates("participant")
     starts = dict(zip(first["participant"], first["condition"], strict=True))
     orders = {who: LEVELS if start == LEVELS[0] else LEVELS[::-1] for who, start in starts.items()}
-    found = robustness(cells, orders)
+    found = robustness(cells, orders, rm_anova(cells))
     assert found is not None
     assert found.refusals == ()
     assert isinstance(found.orders, Crossover)
@@ -86,4 +80,4 @@ def test_robustness_has_every_part(trials: pd.DataFrame) -> None:
 def test_robustness_needs_two_conditions(trials: pd.DataFrame) -> None:
     """With one there is no difference to look at."""
     cells = cell_means(trials, "team_reward", LEVELS[:1])
-    assert robustness(cells, {}) is None
+    assert robustness(cells, {}, rm_anova(cells)) is None
