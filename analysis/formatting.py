@@ -7,6 +7,7 @@ minus; no statistic breaks across lines.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from datetime import UTC, datetime
 
 from markupsafe import Markup, escape
 
@@ -62,14 +63,18 @@ def degrees(result: EffectResult) -> str:
 def statistic(result: EffectResult) -> Markup:
     """Write a statistic for a table: "F = 18.56"."""
     name = Markup("<i>{}</i>").format(result.statistic_name)
-    decimals = 1 if result.statistic_name == "V" else 2
-    return _unbroken(name + f"{NO_BREAK}={NO_BREAK}{number(result.statistic, decimals)}")
+    return _unbroken(name + f"{NO_BREAK}={NO_BREAK}{_value(result)}")
+
+
+def _value(result: EffectResult) -> str:
+    """Write a statistic's value; a sum of ranks is whole or a half."""
+    return number(result.statistic, 1 if result.statistic_name == "V" else 2)
 
 
 def plain_statistic(result: EffectResult) -> str:
     """Write a statistic as plain text, for figures: "F(1, 11) = 18.56"."""
     inside = f"({degrees(result)})" if result.df1 is not None else ""
-    return f"{result.statistic_name}{inside} = {number(result.statistic)}".replace(NO_BREAK, " ")
+    return f"{result.statistic_name}{inside} = {_value(result)}".replace(NO_BREAK, " ")
 
 
 def equation(result: EffectResult) -> Markup:
@@ -93,6 +98,12 @@ def effect(size: EffectSize) -> Markup:
 def effect_symbol(name: str) -> Markup:
     """Return an effect size's symbol."""
     return _SYMBOLS.get(name, escape(name))
+
+
+def utc(stamp: str) -> str:
+    """Write a time in ISO 8601 for people, in UTC: "2026-11-26 01:56:38 UTC"."""
+    moment = datetime.fromisoformat(stamp).astimezone(UTC)
+    return f"{moment:%Y-%m-%d %H:%M:%S} UTC"
 
 
 def listed(words: Sequence[str]) -> str:

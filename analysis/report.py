@@ -11,6 +11,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from analysis import formatting
+from analysis.environment import analysis_files, digest
 from analysis.plan_status import plan_status
 from analysis.results import StudyResults
 from analysis.sections import (
@@ -57,6 +58,7 @@ def render_report(results: StudyResults) -> str:
         effect=formatting.effect,
         effect_symbol=formatting.effect_symbol,
         listed=formatting.listed,
+        utc=formatting.utc,
     )
     environment.tests["computed"] = lambda outcome: isinstance(outcome, EffectResult)
     environment.tests["fitted"] = lambda outcome: isinstance(outcome, CumulativeLink)
@@ -142,6 +144,7 @@ def _context(results: StudyResults) -> dict[str, Any]:
         "timing_rows": quality.timing_rows(results),
         "methods": provenance.methods(results),
         "analysis_versions": provenance.analysis_versions(),
+        "analysis_digest": digest(analysis_files()),
         "recording_versions": provenance.recording_versions(results),
         "downloads": provenance.downloads(results),
     }

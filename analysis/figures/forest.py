@@ -57,8 +57,8 @@ def forest(name: str, groups: Sequence[ForestGroup], labels: Sequence[str]) -> D
         x = scale(tick)
         drawing.line((x, 28), (x, bottom), "s-ink" if tick == 0 else "s-rule")
         drawing.text((x, bottom + 17), scale.label(tick), "f-quiet", "middle", 11.5)
-    drawing.text((scale(0) - 6, bottom + 35), "no difference", "f-quiet", "middle", 11.5)
-    drawing.text((PLOT_RIGHT, bottom + 35), f"{labels[-1]} better →", "f-quiet", "end", 11.5)
+    drawing.text((scale(0) - 8, bottom + 35), f"← {labels[0]} better", "f-quiet", "end", 11.5)
+    drawing.text((scale(0) + 8, bottom + 35), f"{labels[-1]} better →", "f-quiet", "start", 11.5)
     primary = shown[0].results[0].estimate
     if primary is not None:
         drawing.line((scale(primary), 28), (scale(primary), bottom), "s-quiet thin-dash")

@@ -175,7 +175,8 @@ class _Painter:
                 found.append(Box(x - 2, y - 2, x + wide + 2, y + high + 2))
         for disc in self._scene.discs:
             x, y = at(disc.x, disc.y)
-            found.append(Box(x - 7, y - 9, x + 7, y + 9))
+            half = max(disc.radius * unit, 9) if disc.role == "goal" else 9
+            found.append(Box(x - half, y - half, x + half, y + half))
         return found
 
     def _colours(self, values: Floats, at: Place, unit: float, finer: int) -> None:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 
+REACH = 8
+"""Steps in which places farther away are tried, pixels."""
+
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Box:
@@ -45,7 +48,7 @@ def place_labels(
     radius: float = 8.0,
     size: float = 12.0,
 ) -> list[Label]:
-    """Place a label beside each mark: at its right if it is free there, or else elsewhere.
+    """Place a label beside each mark: at its right if it is free there, or else near it.
 
     Args:
         marks: centres of the marks.
@@ -56,8 +59,8 @@ def place_labels(
         size: of the type, pixels.
 
     Returns:
-        One place for each mark, in their order. Of places that cross equally much the first in a
-        fixed order is taken, so that the same data give the same drawing.
+        One place for each mark, in their order: the nearest of those that cross least. Of equals
+        the first is taken, so that the same data give the same drawing.
     """
     rings = [Box(x - radius, y - radius, x + radius, y + radius) for x, y in marks]
     placed: list[Label] = []
@@ -74,25 +77,24 @@ def _crossed(box: Box, taken: Sequence[Box], frame: Box) -> float:
 
 
 def _candidates(mark: tuple[float, float], width: float, radius: float, size: float) -> list[Label]:
+    """Return places at both sides, above and below, nearest first."""
     x, y = mark
-    gap = radius + 4
-    middle, above, below = y + size / 3, y - gap, y + gap + 0.75 * size
-    places = [
-        (x + gap, middle, "start"),
-        (x - gap, middle, "end"),
-        (x, above, "middle"),
-        (x, below, "middle"),
-        *((x + gap - 3, baseline, "start") for baseline in (above + 4, below - 4)),
-        *((x - gap + 3, baseline, "end") for baseline in (above + 4, below - 4)),
-        (x, above - size, "middle"),
-        (x, below + size, "middle"),
-    ]
+    middle = y + size / 3
+    found: list[tuple[float, float, float, str]] = []
+    for away in range(0, 5 * REACH, REACH):
+        for rise in sorted(range(-4 * REACH, 5 * REACH, REACH), key=abs):
+            # Above or below the ring a text may begin over it.
+            gap = radius + 4 if abs(rise) < size + radius else 0.0
+            far = away + abs(rise) + gap / 2
+            found.append((far, x + gap + away, middle + rise, "start"))
+            found.append((far + 0.5, x - gap - away, middle + rise, "end"))
+    found.sort(key=lambda place: place[0])
     return [
         Label(left, baseline, anchor, _box(left, baseline, anchor, width, size))
-        for left, baseline, anchor in places
+        for _, left, baseline, anchor in found
     ]
 
 
 def _box(x: float, baseline: float, anchor: str, width: float, size: float) -> Box:
-    left = {"start": x, "middle": x - width / 2, "end": x - width}[anchor]
+    left = x if anchor == "start" else x - width
     return Box(left - 1, baseline - 0.8 * size, left + width + 1, baseline + 0.15 * size)

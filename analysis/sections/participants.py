@@ -74,7 +74,6 @@ def _page(
         ("Started, UTC", session.opened.started_utc[:16].replace("T", " ")),
         ("Session", "complete" if session.complete else "not complete"),
         ("Primary test", _entered(who, results)),
-        ("Seed", str(session.opened.seed)),
     ]
     drawing = None
     if len(three):

@@ -60,7 +60,9 @@ def _left_out(left: LeaveOneOut) -> str:
 
 
 def _bayes(bayes: BayesFactor) -> str:
-    favours, against = ("a difference", "none") if bayes.bf10 >= 1 else ("none", "a difference")
+    favours, against = "a difference", "no difference"
+    if bayes.bf10 < 1:
+        favours, against = against, favours
     factor = max(bayes.bf10, 1 / bayes.bf10) if bayes.bf10 > 0 else float("inf")
     shown = number(factor, 1) if factor < LARGEST_SHOWN else "more than a million"
     return (

@@ -19,7 +19,7 @@ from analysis.results import StudyResults
 from analysis.sections.ratings import label
 from analysis.statistics.result import EffectResult, EffectSize
 
-_NAMES = {"d_z": "dz", "g_z": "gz", "r_rb": "r_rb", "partial eta squared": "partial η²"}
+_NAMES = {"d_z": "dz", "g_z": "gz", "r_rb": "rank-biserial r", "partial eta squared": "partial η²"}
 _BOUNDED = {"r_rb", "partial eta squared", "generalised eta squared"}
 
 

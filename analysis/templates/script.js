@@ -38,6 +38,19 @@
     });
   });
 
+  // What scrolls sideways in a narrow window must be reachable by keyboard.
+  function reachable() {
+    document.querySelectorAll("figure, .maprow").forEach(function (box) {
+      if (box.scrollWidth > box.clientWidth) {
+        box.setAttribute("tabindex", "0");
+      } else {
+        box.removeAttribute("tabindex");
+      }
+    });
+  }
+  window.addEventListener("resize", reachable);
+  reachable();
+
   var links = {};
   document.querySelectorAll("nav.contents a").forEach(function (link) {
     links[link.hash.slice(1)] = link;
