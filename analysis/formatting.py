@@ -41,6 +41,11 @@ def p_value(p: float) -> str:
     return f"<{NO_BREAK}.001" if p < 0.001 else fraction(p, 3)
 
 
+def p_text(p: float) -> str:
+    """Write a probability as plain text: "p = .012", "p < .001"."""
+    return (f"p {p_value(p)}" if p < 0.001 else f"p = {p_value(p)}").replace(NO_BREAK, " ")
+
+
 def p_equation(p: float) -> Markup:
     """Write a probability for running text: "p = .012"."""
     text = p_value(p) if p < 0.001 else f"={NO_BREAK}{p_value(p)}"

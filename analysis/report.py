@@ -126,6 +126,7 @@ def _context(results: StudyResults) -> dict[str, Any]:
         "order_caption": reward.order_caption(results),
         "robustness_findings": robustness.findings(results),
         "order_tests": robustness.order_tests(results),
+        "order_design": robustness.order_design(results),
         "robustness_refusals": robustness.refusals(results),
         "rating_figure": ratings.figure(results),
         "rating_finding": ratings.finding(results),

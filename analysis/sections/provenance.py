@@ -10,6 +10,8 @@ import platform
 from analysis.environment import PACKAGES, version_of
 from analysis.formatting import counted, listed
 from analysis.results import StudyResults
+from analysis.statistics.crossover import Crossover
+from analysis.statistics.latin_square import LatinSquare
 from analysis.statistics.result import EffectResult
 
 EMBED_BYTES = 400_000
@@ -102,8 +104,19 @@ def methods(results: StudyResults) -> list[str]:
         text.append(
             "Sensitivity analyses are a linear mixed model of the trials with Kenward and Roger’s "
             "and with Satterthwaite’s degrees of freedom, the exact Wilcoxon test, a sign-flip "
-            "permutation test, the AB/BA crossover, leaving out each participant in turn and a "
-            "JZS Bayes factor."
+            "permutation test, leaving out each participant in turn and a JZS Bayes factor."
+        )
+        if isinstance(results.robustness.equivalence, EffectResult):
+            text.append(
+                "Equivalence was tested by two one-sided tests against the bound that the protocol "
+                f"states, {facts.equivalence_bound:g} points."
+            )
+    if isinstance(results.order_tests, Crossover):
+        text.append("Period and carry-over were tested as an AB/BA crossover.")
+    elif isinstance(results.order_tests, LatinSquare):
+        text.append(
+            "Period and carry-over were tested with participants as fixed effects, each term "
+            "adjusted for the others."
         )
     text.append(
         "Trial rows pooled over participants are shown for comparison only: they treat trials of "

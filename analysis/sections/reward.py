@@ -133,7 +133,7 @@ def period_finding(results: StudyResults) -> str:
     if len(means) < 2:
         return ""
     shown = [f"{number(mean, 1)} in period {period}" for period, mean in means.items()]
-    tested = "; orders are tested under Robustness" if results.robustness else ""
+    tested = "; orders are tested under Robustness" if results.order_tests is not None else ""
     return f"Mean team reward was {listed(shown)}{tested}."
 
 

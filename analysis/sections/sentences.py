@@ -12,7 +12,7 @@ from analysis.formatting import (
     interval,
     listed,
     number,
-    p_value,
+    p_text,
     plain_statistic,
 )
 from analysis.results import StudyResults
@@ -49,7 +49,7 @@ def sentences(results: StudyResults) -> list[Sentence]:
                 f"{results.facts.label(level)} M = {number(mean)}"
                 for level, mean in row.means.items()
             )
-            adjusted = f", Holm-adjusted {_p(row.holm_p)}" if row.holm_p is not None else ""
+            adjusted = f", Holm-adjusted {p_text(row.holm_p)}" if row.holm_p is not None else ""
             text = f"{label(row)} ({means}), exact Wilcoxon: {numbers(row.wilcoxon)}{adjusted}."
             found.append((f"Rating {label(row)}", text))
     if isinstance(results.phase_four.test, EffectResult):
@@ -63,7 +63,7 @@ def sentences(results: StudyResults) -> list[Sentence]:
 
 def numbers(result: EffectResult) -> str:
     """Write statistic, p, estimate and effect size in a row."""
-    parts = [plain_statistic(result), _p(result.p)]
+    parts = [plain_statistic(result), p_text(result.p)]
     if result.estimate is not None:
         text = f"difference {number(result.estimate)}"
         if result.interval is not None:
@@ -100,9 +100,3 @@ def _size(size: EffectSize) -> str:
     if size.interval is not None:
         text += f", {size.interval.level:.0%} CI {interval(size.interval, bounded=bounded)}"
     return text
-
-
-def _p(p: float | None) -> str:
-    if p is None:
-        return ""
-    return f"p {p_value(p)}" if p < 0.001 else f"p = {p_value(p)}"
