@@ -82,6 +82,7 @@ def plan_status(study: StudyRecordings) -> PlanStatus:
         text = "The recordings carry different plan locks: the plan was changed between sessions."
         problems.append(Difference("Plan lock", text))
     problems += _late(study, locks)
+    problems += _before(study, lock)
     problems += _protocol(study, lock)
     problems += _analysis(lock)
     return PlanStatus(lock, tuple(problems), lock.planned)
@@ -108,6 +109,19 @@ def _late(study: StudyRecordings, locks: Mapping[str, PlanLock | None]) -> list[
     if not late:
         return []
     return [Difference("Plan lock", f"Begun before the lock was made: {', '.join(late)}.")]
+
+
+def _before(study: StudyRecordings, lock: PlanLock) -> list[Difference]:
+    """Say which sessions that are not analysed began before the plan was fixed."""
+    early = [
+        f"{item.file} of {item.participant}"
+        for item in study.set_aside
+        if item.started_utc and _began_before(item.started_utc, lock.locked_utc)
+    ]
+    if not early:
+        return []
+    text = f"Not analysed, but recorded before the lock was made: {', '.join(early)}."
+    return [Difference("Plan lock", text)]
 
 
 def _began_before(started: str, locked: str) -> bool:

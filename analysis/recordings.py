@@ -65,11 +65,19 @@ class Session:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class SetAside:
-    """A recording that was given but is not analysed."""
+    """A recording that was given but is not analysed.
+
+    Attributes:
+        file: its name.
+        participant: whose it is; empty if that cannot be read.
+        reason: why it is not analysed.
+        started_utc: when its session began, ISO 8601; empty if that cannot be read.
+    """
 
     file: str
     participant: str
     reason: str
+    started_utc: str = ""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -246,6 +254,7 @@ def choose_sessions(
                 other.file,
                 participant,
                 f"another session of {participant}; {ranked[0].file} is analysed",
+                other.opened.started_utc,
             )
             for other in ranked[1:]
         ]

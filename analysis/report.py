@@ -82,6 +82,7 @@ def render_report(results: StudyResults) -> str:
 
 def _context(results: StudyResults) -> dict[str, Any]:
     map_rows, map_scale = scorers.figures(results)
+    plan = plan_status(results.study)
     sections = [
         ("summary", "Summary"),
         ("reward", "Team reward"),
@@ -109,7 +110,7 @@ def _context(results: StudyResults) -> dict[str, Any]:
         "tiles": summary.tiles(results),
         "reward_figure": reward.figure(results),
         "curves": reward.curves(results),
-        "plan": plan_status(results.study),
+        "plan": plan,
         "forest": reward.forest_figure(results),
         "forest_finding": reward.forest_finding(results),
         "check_figure": checks.figure(results),
@@ -143,7 +144,7 @@ def _context(results: StudyResults) -> dict[str, Any]:
         "policy_starts": policies.starts(results),
         "flags": quality.flags(results),
         "timing_rows": quality.timing_rows(results),
-        "methods": provenance.methods(results),
+        "methods": provenance.methods(results, plan),
         "analysis_versions": provenance.analysis_versions(),
         "analysis_digest": digest(analysis_files()),
         "recording_versions": provenance.recording_versions(results),

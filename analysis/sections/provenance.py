@@ -8,7 +8,8 @@ import json
 import platform
 
 from analysis.environment import PACKAGES, version_of
-from analysis.formatting import counted, listed
+from analysis.formatting import counted, listed, utc
+from analysis.plan_status import PlanStatus
 from analysis.results import StudyResults
 from analysis.statistics.crossover import Crossover
 from analysis.statistics.latin_square import LatinSquare
@@ -64,7 +65,7 @@ def recording_versions(results: StudyResults) -> list[tuple[str, str]]:
     return [(name, ", ".join(sorted(versions))) for name, versions in sorted(found.items())]
 
 
-def methods(results: StudyResults) -> list[str]:
+def methods(results: StudyResults, plan: PlanStatus) -> list[str]:
     """Describe the analysis in sentences to copy."""
     facts, cells, data = results.facts, results.cells, results.data
     kind = "simulated participants" if results.label.simulated else "participants"
@@ -146,5 +147,10 @@ def methods(results: StudyResults) -> list[str]:
         text.append(
             f"The protocol’s {'rule' if len(rules) == 1 else 'rules'} on disturbed trials "
             f"{listed(rules)} left out {left}."
+        )
+    if plan.confirmatory and plan.lock is not None:
+        text.append(
+            "Protocol, exclusion rules, analysis code and software versions were fixed on "
+            f"{utc(plan.lock.locked_utc)}, before the first record, and have not changed since."
         )
     return text

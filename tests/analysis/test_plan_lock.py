@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from analysis.plan_status import plan_status
-from analysis.recordings import Session, StudyRecordings
+from analysis.recordings import Session, SetAside, StudyRecordings
 from study.commands import main as command
 from study.commands.composing import _described, lock_warning
 from study.commands.lock import make_lock
@@ -106,6 +106,17 @@ def test_a_lock_made_after_the_first_record_does_not_count(protocol: Path) -> No
     status = plan_status(study_of(lock, protocol))
     assert not status.confirmatory
     assert "P01" in status.differences[0].text
+
+
+def test_a_session_set_aside_that_began_before_the_lock_counts_against_it(protocol: Path) -> None:
+    """Whoever was seen before the plan was fixed was seen, analysed or not."""
+    study = study_of(make_lock(load_protocol(str(protocol)), LOCKED), protocol)
+    after = SetAside("b.mcap", "P01", "another session", "2026-01-15T00:00:00+00:00")
+    assert plan_status(dataclasses.replace(study, set_aside=(after,))).confirmatory
+    early = dataclasses.replace(after, started_utc="2025-12-31T23:00:00+00:00")
+    status = plan_status(dataclasses.replace(study, set_aside=(early,)))
+    assert not status.confirmatory
+    assert "b.mcap of P01" in status.differences[0].text
 
 
 @pytest.mark.parametrize(

@@ -31,6 +31,7 @@ def test_a_plan_is_confirmatory_until_it_changes(tmp_path: Path) -> None:
     page = write_report([recordings], tmp_path / "first").read_text()
     assert '<span class="badge confirmatory">Confirmatory</span>' in page
     assert "are as they were locked on" in page
+    assert "before the first record, and have not changed since" in page
 
     text = protocol.read_text()
     protocol.write_text(text.replace("timesteps_per_second = 10.0", "timesteps_per_second = 9.0"))
