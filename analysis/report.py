@@ -143,6 +143,7 @@ def _context(results: StudyResults) -> dict[str, Any]:
         "policy_finding": policies.finding(results),
         "policy_starts": policies.starts(results),
         "flags": quality.flags(results),
+        "rules": quality.rules(results),
         "timing_rows": quality.timing_rows(results),
         "methods": provenance.methods(results, plan),
         "analysis_versions": provenance.analysis_versions(),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import re
 import struct
 import zlib
 
@@ -182,3 +184,19 @@ def test_two_close_peaks_have_their_values_apart() -> None:
         for other, (x, y) in enumerate(marks):
             if other != place:
                 assert label.box.overlap(Box(x - 8, y - 8, x + 8, y + 8)) == 0
+
+
+def test_ends_of_a_narrow_interval_leave_room_for_the_mean() -> None:
+    """The three values beside the interval of the differences each have a line of their own."""
+    people = tuple(f"P{place}" for place in range(5))
+    means = np.array([[50.0, 60.0], [60.0, 70.05], [70.0, 80.0], [80.0, 90.05], [40.0, 50.0]])
+    cells = Cells(people, ("a", "b"), means, np.full((5, 2), 8))
+    labels, hints = ("A", "B"), ("", "")
+    page = paired_means("x", cells, labels, hints, measure="M", unit="points").markup()
+    lines = [
+        float(y)
+        for y, value in re.findall(r'<text class="[^"]*" x="[^"]*" y="([^"]*)"[^>]*>([^<]*)<', page)
+        if value in ("+10.0", "+10.1")
+    ]
+    assert len(lines) == 3
+    assert min(b - a for a, b in itertools.pairwise(sorted(lines))) > 12
