@@ -50,6 +50,11 @@ class KnownTrials:
         """SHA-256 of the file, hexadecimal."""
         return self.source.sha256
 
+    @property
+    def attachments(self) -> Mapping[str, bytes]:
+        """Files kept inside the recording, by name."""
+        return self.source.attachments
+
     def records(self, *topics: str) -> Iterator[tuple[int, Record]]:
         """Yield (sequence, record) of these topics, in the order written."""
         for sequence, record in self.source.records(*topics):

@@ -7,6 +7,7 @@ minus; no statistic breaks across lines.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from datetime import UTC, datetime
 
 from markupsafe import Markup, escape
 
@@ -40,6 +41,11 @@ def p_value(p: float) -> str:
     return f"<{NO_BREAK}.001" if p < 0.001 else fraction(p, 3)
 
 
+def p_text(p: float) -> str:
+    """Write a probability as plain text: "p = .012", "p < .001"."""
+    return (f"p {p_value(p)}" if p < 0.001 else f"p = {p_value(p)}").replace(NO_BREAK, " ")
+
+
 def p_equation(p: float) -> Markup:
     """Write a probability for running text: "p = .012"."""
     text = p_value(p) if p < 0.001 else f"={NO_BREAK}{p_value(p)}"
@@ -62,8 +68,18 @@ def degrees(result: EffectResult) -> str:
 def statistic(result: EffectResult) -> Markup:
     """Write a statistic for a table: "F = 18.56"."""
     name = Markup("<i>{}</i>").format(result.statistic_name)
-    decimals = 1 if result.statistic_name == "V" else 2
-    return _unbroken(name + f"{NO_BREAK}={NO_BREAK}{number(result.statistic, decimals)}")
+    return _unbroken(name + f"{NO_BREAK}={NO_BREAK}{_value(result)}")
+
+
+def _value(result: EffectResult) -> str:
+    """Write a statistic's value; a sum of ranks is whole or a half."""
+    return number(result.statistic, 1 if result.statistic_name == "V" else 2)
+
+
+def plain_statistic(result: EffectResult) -> str:
+    """Write a statistic as plain text, for figures: "F(1, 11) = 18.56"."""
+    inside = f"({degrees(result)})" if result.df1 is not None else ""
+    return f"{result.statistic_name}{inside} = {_value(result)}".replace(NO_BREAK, " ")
 
 
 def equation(result: EffectResult) -> Markup:
@@ -87,6 +103,12 @@ def effect(size: EffectSize) -> Markup:
 def effect_symbol(name: str) -> Markup:
     """Return an effect size's symbol."""
     return _SYMBOLS.get(name, escape(name))
+
+
+def utc(stamp: str) -> str:
+    """Write a time in ISO 8601 for people, in UTC: "2026-11-26 01:56:38 UTC"."""
+    moment = datetime.fromisoformat(stamp).astimezone(UTC)
+    return f"{moment:%Y-%m-%d %H:%M:%S} UTC"
 
 
 def listed(words: Sequence[str]) -> str:

@@ -67,6 +67,7 @@ class ProtocolFacts:
         trial_exclusions: rules by which single trials are left out.
         planned_participants: how many were planned; None if not stated.
         planned_trials: trials planned in each condition; None if not stated.
+        equivalence_bound: smallest difference of interest, points; None if not stated.
     """
 
     title: str
@@ -77,6 +78,7 @@ class ProtocolFacts:
     trial_exclusions: tuple[TrialExclusionRule, ...]
     planned_participants: int | None
     planned_trials: int | None
+    equivalence_bound: float | None = None
 
     @property
     def levels(self) -> tuple[str, ...]:
@@ -102,6 +104,9 @@ def protocol_facts(study: StudyRecordings) -> ProtocolFacts:
         trial_exclusions=tuple(_trial_exclusions(protocol)),
         planned_participants=_whole_or_none(about.get("planned_participants")),
         planned_trials=_whole_or_none(_table(protocol.get("phase_three")).get("trials")),
+        equivalence_bound=_number_or_none(
+            _table(protocol.get("analysis")).get("equivalence_bound")
+        ),
     )
 
 
@@ -182,6 +187,11 @@ def _table(value: object) -> Mapping[str, Any]:
 
 def _whole_or_none(value: object) -> int | None:
     return value if isinstance(value, int) and not isinstance(value, bool) else None
+
+
+def _number_or_none(value: object) -> float | None:
+    known = isinstance(value, int | float) and not isinstance(value, bool)
+    return float(value) if known else None  # type: ignore[arg-type]
 
 
 def _capital(text: str) -> str:

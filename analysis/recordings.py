@@ -65,11 +65,19 @@ class Session:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class SetAside:
-    """A recording that was given but is not analysed."""
+    """A recording that was given but is not analysed.
+
+    Attributes:
+        file: its name.
+        participant: whose it is; empty if that cannot be read.
+        reason: why it is not analysed.
+        started_utc: when its session began, ISO 8601; empty if that cannot be read.
+    """
 
     file: str
     participant: str
     reason: str
+    started_utc: str = ""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -131,17 +139,17 @@ def _members(folder: Path) -> list[Path]:
     return [*members, *torn]
 
 
-def load_recordings(paths: Sequence[Path], *, mixed: bool = False) -> StudyRecordings:
+def load_recordings(paths: Sequence[Path], *, pool: bool = False) -> StudyRecordings:
     """Open recordings, join the parts of each session and choose one session a participant.
 
     Files that cannot be used are set aside with the reason, not passed over in silence.
 
     Args:
         paths: files and folders.
-        mixed: pool recordings of different protocols.
+        pool: pool recordings of different protocols.
 
     Raises:
-        StudyError: nothing can be used, or protocols differ and ``mixed`` is false.
+        StudyError: nothing can be used, or protocols differ and ``pool`` is false.
     """
     recordings: list[Recording] = []
     sessions: list[Session] = []
@@ -164,7 +172,7 @@ def load_recordings(paths: Sequence[Path], *, mixed: bool = False) -> StudyRecor
             sessions.append(dataclasses.replace(session, left_out_trials=left_out))
         except RecordingError as error:
             leave_out(joined.path, error)
-    return choose_sessions(sessions, set_aside, mixed=mixed)
+    return choose_sessions(sessions, set_aside, pool=pool)
 
 
 def open_session(file: str, recording: RecordingSource) -> Session:
@@ -219,19 +227,19 @@ def open_session(file: str, recording: RecordingSource) -> Session:
 
 
 def choose_sessions(
-    sessions: Sequence[Session], set_aside: Sequence[SetAside] = (), *, mixed: bool = False
+    sessions: Sequence[Session], set_aside: Sequence[SetAside] = (), *, pool: bool = False
 ) -> StudyRecordings:
     """Keep one session a participant: the first complete one, or else the longest.
 
     Raises:
-        StudyError: there is no session, or protocols differ and ``mixed`` is false.
+        StudyError: there is no session, or protocols differ and ``pool`` is false.
     """
     hashes = {session.opened.protocol_sha256 for session in sessions}
-    if len(hashes) > 1 and not mixed:
+    if len(hashes) > 1 and not pool:
         raise StudyError(
             f"these recordings follow {len(hashes)} different protocols:\n"
             + _protocol_lines(sessions),
-            "Give the recordings of one protocol, or pool them on purpose with --mixed.",
+            "Give the recordings of one protocol, or pool them on purpose with --pool-protocols.",
         )
     aside = list(set_aside)
     by_participant: dict[str, list[Session]] = {}
@@ -246,6 +254,7 @@ def choose_sessions(
                 other.file,
                 participant,
                 f"another session of {participant}; {ranked[0].file} is analysed",
+                other.opened.started_utc,
             )
             for other in ranked[1:]
         ]

@@ -11,8 +11,12 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from analysis import formatting
+from analysis.environment import analysis_files, digest
+from analysis.plan_status import plan_status
 from analysis.results import StudyResults
 from analysis.sections import (
+    checks,
+    participants,
     policies,
     provenance,
     quality,
@@ -20,6 +24,7 @@ from analysis.sections import (
     reward,
     robustness,
     scorers,
+    sentences,
     summary,
 )
 from analysis.statistics.cumulative_link import CumulativeLink
@@ -53,6 +58,7 @@ def render_report(results: StudyResults) -> str:
         effect=formatting.effect,
         effect_symbol=formatting.effect_symbol,
         listed=formatting.listed,
+        utc=formatting.utc,
     )
     environment.tests["computed"] = lambda outcome: isinstance(outcome, EffectResult)
     environment.tests["fitted"] = lambda outcome: isinstance(outcome, CumulativeLink)
@@ -76,6 +82,7 @@ def render_report(results: StudyResults) -> str:
 
 def _context(results: StudyResults) -> dict[str, Any]:
     map_rows, map_scale = scorers.figures(results)
+    plan = plan_status(results.study)
     sections = [
         ("summary", "Summary"),
         ("reward", "Team reward"),
@@ -86,8 +93,10 @@ def _context(results: StudyResults) -> dict[str, Any]:
         ("scorer-quality", "Scorer quality"),
         ("policies", "Phase four"),
         ("quality", "Data quality"),
+        ("checks", "Assumption checks"),
         ("timing", "Timing"),
-        ("methods", "Methods"),
+        ("participants", "Participants"),
+        ("methods", "Methods and sentences"),
         ("provenance", "Provenance"),
         ("downloads", "Downloads"),
     ]
@@ -101,6 +110,16 @@ def _context(results: StudyResults) -> dict[str, Any]:
         "tiles": summary.tiles(results),
         "reward_figure": reward.figure(results),
         "curves": reward.curves(results),
+        "plan": plan,
+        "forest": reward.forest_figure(results),
+        "forest_finding": reward.forest_finding(results),
+        "check_figure": checks.figure(results),
+        "check_rows": checks.rows(results),
+        "check_finding": checks.finding(results),
+        "pages": participants.pages(results),
+        "sentences": sentences.sentences(results),
+        "accuracy_figure": scorers.accuracy_figure(results),
+        "accuracy_finding": scorers.accuracy_finding(results),
         "test_groups": reward.test_groups(results),
         "reward_refusals": reward.refusals(results),
         "order_finding": reward.order_finding(results),
@@ -108,6 +127,7 @@ def _context(results: StudyResults) -> dict[str, Any]:
         "order_caption": reward.order_caption(results),
         "robustness_findings": robustness.findings(results),
         "order_tests": robustness.order_tests(results),
+        "order_design": robustness.order_design(results),
         "robustness_refusals": robustness.refusals(results),
         "rating_figure": ratings.figure(results),
         "rating_finding": ratings.finding(results),
@@ -123,9 +143,11 @@ def _context(results: StudyResults) -> dict[str, Any]:
         "policy_finding": policies.finding(results),
         "policy_starts": policies.starts(results),
         "flags": quality.flags(results),
+        "rules": quality.rules(results),
         "timing_rows": quality.timing_rows(results),
-        "methods": provenance.methods(results),
+        "methods": provenance.methods(results, plan),
         "analysis_versions": provenance.analysis_versions(),
+        "analysis_digest": digest(analysis_files()),
         "recording_versions": provenance.recording_versions(results),
         "downloads": provenance.downloads(results),
     }

@@ -8,14 +8,17 @@ from analysis.data_label import DataLabel, data_label
 from analysis.measures import AnalysedData, analysed_data
 from analysis.protocol_facts import ProtocolFacts, protocol_facts
 from analysis.recordings import StudyRecordings
-from analysis.robustness import Robustness, reward_tests, robustness
+from analysis.robustness import Robustness, order_tests, reward_tests, robustness
 from analysis.statistics.cells import Cells, cell_means
+from analysis.statistics.crossover import Crossover
+from analysis.statistics.latin_square import LatinSquare
 from analysis.statistics.likert import LikertRow, likert_rows
 from analysis.statistics.order_effects import OrderRow, describe_orders
 from analysis.statistics.phase_four import PhaseFour, phase_four
 from analysis.statistics.pooled_trials import condition_and_trial, condition_trial_order
-from analysis.statistics.result import EffectResult, Outcome
+from analysis.statistics.result import EffectResult, Outcome, Refusal
 from analysis.tables.study_tables import StudyTables
+from analysis.variants import Variant, variants
 from study.events.codes import Phase
 
 OCCASIONS = ("before_reveal", "after_reveal")
@@ -34,8 +37,10 @@ class StudyResults:
         cells: team reward by participant and condition.
         primary: the primary test.
         sensitivity: other tests of the same question.
+        variants: the primary test on other choices of rows.
         comparison: the paper's form.
         robustness: the difference from other sides; None unless two conditions were compared.
+        order_tests: condition, period and carry-over; None where conditions were not tested.
         orders: description by order.
         ratings: a row for each item and occasion.
         phase_four: policies on their own.
@@ -49,8 +54,10 @@ class StudyResults:
     cells: Cells
     primary: Outcome
     sensitivity: tuple[Outcome, ...]
+    variants: tuple[Variant, ...]
     comparison: tuple[Outcome, ...]
     robustness: Robustness | None
+    order_tests: Crossover | LatinSquare | Refusal | None
     orders: tuple[OrderRow, ...]
     ratings: tuple[LikertRow, ...]
     phase_four: PhaseFour
@@ -74,7 +81,7 @@ def compute_results(study: StudyRecordings, tables: StudyTables) -> StudyResults
     cells = cell_means(data.trials, "team_reward", levels, what="complete trials")
     cells = dataclasses.replace(cells, excluded=(*data.excluded, *cells.excluded))
     whole = frozenset(s.opened.participant for s in study.sessions if s.complete)
-    tests = reward_tests(data.trials, cells, whole)
+    tests = reward_tests(data.trials, cells)
     used = data.trials[data.trials["participant"].isin(cells.participants)]
     trials = tables.frame("trials")
     before = trials[trials["phase"] == Phase.THREE]
@@ -91,8 +98,10 @@ def compute_results(study: StudyRecordings, tables: StudyTables) -> StudyResults
         cells=cells,
         primary=tests.primary,
         sensitivity=tests.sensitivity,
+        variants=variants(data, cells, tests.primary, whole),
         comparison=(condition_trial_order(used, levels), condition_and_trial(used, levels)),
-        robustness=robustness(cells, data.orders),
+        robustness=robustness(cells, tests.means, facts.equivalence_bound),
+        order_tests=order_tests(cells, data.orders, tests.means),
         orders=tuple(describe_orders(used, dict(data.orders))),
         ratings=tuple(_ratings(data, facts)),
         phase_four=phase_four(data.phase_four, tables.frame("fits"), levels, baseline),

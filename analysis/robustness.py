@@ -10,6 +10,8 @@ import pandas as pd
 from analysis.statistics.bayes_factor import BayesFactor, paired_bayes_factor
 from analysis.statistics.cells import Cells
 from analysis.statistics.crossover import Crossover, crossover
+from analysis.statistics.equivalence import equivalence
+from analysis.statistics.latin_square import LatinSquare, latin_square
 from analysis.statistics.leave_one_out import LeaveOneOut, leave_one_out
 from analysis.statistics.normality import shapiro_wilk
 from analysis.statistics.permutation import sign_flip
@@ -26,10 +28,12 @@ class RewardTests:
     Attributes:
         primary: of the participants' means, or of the trials where somebody lacks some.
         sensitivity: other tests of the same question.
+        means: the test of the participants' means, primary or not.
     """
 
     primary: Outcome
     sensitivity: tuple[Outcome, ...]
+    means: Outcome
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -37,21 +41,21 @@ class Robustness:
     """What else was looked at, with two conditions.
 
     Attributes:
-        orders: condition adjusted for period, period, carry-over.
         left_out: the paired test without each participant in turn.
         bayes: the Bayes factor of a difference against none.
         normality: of the participants' differences.
+        equivalence: of the conditions, within the bound that the protocol states.
     """
 
-    orders: Crossover | Refusal
     left_out: LeaveOneOut | Refusal
     bayes: BayesFactor | Refusal
     normality: Check | Refusal
+    equivalence: Outcome
 
     @property
     def refusals(self) -> tuple[Refusal, ...]:
         """What was not computed, each reason once."""
-        found = (self.orders, self.left_out, self.bayes, self.normality)
+        found = (self.left_out, self.bayes, self.normality, self.equivalence)
         unique: dict[str, Refusal] = {}
         for outcome in found:
             if isinstance(outcome, Refusal):
@@ -59,7 +63,7 @@ class Robustness:
         return tuple(unique.values())
 
 
-def reward_tests(trials: pd.DataFrame, cells: Cells, complete: frozenset[str]) -> RewardTests:
+def reward_tests(trials: pd.DataFrame, cells: Cells) -> RewardTests:
     """Test the condition effect on team reward.
 
     The test of the participants' means is primary if all have as many trials under each condition.
@@ -69,7 +73,6 @@ def reward_tests(trials: pd.DataFrame, cells: Cells, complete: frozenset[str]) -
     Args:
         trials: rows that enter, of any participant with a trial under a condition compared.
         cells: participants' means; of those with trials under every condition.
-        complete: participants whose sessions ran to their end.
     """
     period = trials["block"].astype("int64")
     levels = cells.levels
@@ -90,33 +93,49 @@ def reward_tests(trials: pd.DataFrame, cells: Cells, complete: frozenset[str]) -
     if not isinstance(model, Refusal):
         others.append(_named(model.satterthwaite[0]))
     if isinstance(means, EffectResult):
-        others += _beside_means(cells, complete)
-    return RewardTests(primary, tuple(others))
+        others += _beside_means(cells)
+    return RewardTests(primary, tuple(others), means)
 
 
-def robustness(cells: Cells, orders: Mapping[str, tuple[str, ...]]) -> Robustness | None:
-    """Look at the paired difference from other sides; None unless two conditions have data."""
-    if len(cells.levels) != 2 or isinstance(rm_anova(cells), Refusal):
+def robustness(cells: Cells, means: Outcome, bound: float | None) -> Robustness | None:
+    """Look at the paired difference from other sides; None unless two conditions have data.
+
+    Args:
+        cells: participants' means.
+        means: the test of these means: where it is refused, so is the rest.
+        bound: the smallest difference that would matter, points; None if the protocol has none.
+    """
+    if len(cells.levels) != 2 or isinstance(means, Refusal):
         return None
     return Robustness(
-        orders=crossover(cells, orders),
         left_out=leave_one_out(cells),
         bayes=paired_bayes_factor(cells),
         normality=shapiro_wilk(cells),
+        equivalence=equivalence(cells, bound),
     )
 
 
-def _beside_means(cells: Cells, complete: frozenset[str]) -> list[Outcome]:
-    """Return the tests without assumptions of distribution, and that of complete sessions."""
-    outcomes: list[Outcome] = []
-    if len(cells.levels) == 2:
-        differences = cells.means[:, 1] - cells.means[:, 0]
-        outcomes += [signed_rank(differences, cells.participants), sign_flip(cells)]
-    kept = [place for place, who in enumerate(cells.participants) if who in complete]
-    if len(kept) < cells.n:
-        name = "Participant means, complete sessions only"
-        outcomes.append(rm_anova(cells.only(kept), name, "sensitivity"))
-    return outcomes
+def order_tests(
+    cells: Cells, orders: Mapping[str, tuple[str, ...]], means: Outcome
+) -> Crossover | LatinSquare | Refusal | None:
+    """Test condition, period and carry-over of AB/BA or of Latin squares; None without a test.
+
+    Args:
+        cells: participants' means.
+        orders: each participant's conditions in the order run.
+        means: the test of these means: where it is refused, so are these.
+    """
+    if isinstance(means, Refusal):
+        return None
+    return crossover(cells, orders) if len(cells.levels) == 2 else latin_square(cells, orders)
+
+
+def _beside_means(cells: Cells) -> list[Outcome]:
+    """Return the tests without assumptions of distribution, of two conditions."""
+    if len(cells.levels) != 2:
+        return []
+    differences = cells.means[:, 1] - cells.means[:, 0]
+    return [signed_rank(differences, cells.participants), sign_flip(cells)]
 
 
 def _named(result: EffectResult) -> EffectResult:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy.typing as npt
@@ -29,6 +29,10 @@ class RecordingSource(Protocol):
     @property
     def sha256(self) -> str:
         """SHA-256 of the file, hexadecimal."""
+
+    @property
+    def attachments(self) -> Mapping[str, bytes]:
+        """Files kept inside the recording, by name."""
 
     def records(self, *topics: str) -> Iterator[tuple[int, Record]]:
         """Yield (sequence, record) of these topics, in the order written."""

@@ -25,8 +25,8 @@ def export(
     parquet: Annotated[
         bool, typer.Option("--parquet", help="Also every table as Parquet; needs pyarrow.")
     ] = False,
-    mixed: Annotated[
-        bool, typer.Option("--mixed", help="Pool recordings of different protocols.")
+    pool_protocols: Annotated[
+        bool, typer.Option("--pool-protocols", help="Pool recordings of different protocols.")
     ] = False,
 ) -> None:
     """Write a Psych-DS folder, a wide CSV for JASP and jamovi, and Parquet on request."""
@@ -34,7 +34,7 @@ def export(
     from analysis.results import compute_results  # noqa: PLC0415 - slow to import
 
     console = Console(stderr=True)
-    study = open_recordings(recordings, console, mixed=mixed)
+    study = open_recordings(recordings, console, pool=pool_protocols)
     with console.status("Exporting"):
         results = compute_results(study, StudyTables(study))
         written = psych_ds.export(results, output, long=long, parquet=parquet)

@@ -8,8 +8,9 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from analysis.commands.writing import make_folder, open_recordings, write_tables, write_text
+from analysis.commands.writing import open_recordings, write_tables
 from analysis.data_label import data_label
+from analysis.files import make_folder, write_text
 from analysis.tables.study_tables import StudyTables
 
 
@@ -17,18 +18,18 @@ def report(
     recordings: Annotated[list[Path], typer.Argument(help="Recordings, or folders of them.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the report.")],
     *,
-    mixed: Annotated[
-        bool, typer.Option("--mixed", help="Pool recordings of different protocols.")
+    pool_protocols: Annotated[
+        bool, typer.Option("--pool-protocols", help="Pool recordings of different protocols.")
     ] = False,
 ) -> None:
     """Write report.html and tables/*.csv; a report already there is made anew."""
     console = Console(stderr=True)
-    path = write_report(recordings, output, console, mixed=mixed)
+    path = write_report(recordings, output, console, pool=pool_protocols)
     console.print(f"Report: {path}", markup=False, highlight=False, soft_wrap=True)
 
 
 def write_report(
-    recordings: list[Path], output: Path, console: Console | None = None, *, mixed: bool = False
+    recordings: list[Path], output: Path, console: Console | None = None, *, pool: bool = False
 ) -> Path:
     """Build a report and its tables and return the report's path.
 
@@ -36,7 +37,7 @@ def write_report(
         recordings: files and folders.
         output: the folder that gets ``report.html`` and ``tables/``.
         console: where progress goes; nowhere if None.
-        mixed: pool recordings of different protocols.
+        pool: pool recordings of different protocols.
 
     Raises:
         StudyError: the recordings cannot be used, or the folder cannot be written.
@@ -46,7 +47,7 @@ def write_report(
     from analysis.results import compute_results  # noqa: PLC0415
 
     console = console or Console(quiet=True)
-    study = open_recordings(recordings, console, mixed=mixed)
+    study = open_recordings(recordings, console, pool=pool)
     tables = StudyTables(study)
     make_folder(output)
     with console.status("Writing tables"):

@@ -23,13 +23,13 @@ def tables(
             "--long", help="Also those with a row for each timestep, or each robot and timestep."
         ),
     ] = False,
-    mixed: Annotated[
-        bool, typer.Option("--mixed", help="Pool recordings of different protocols.")
+    pool_protocols: Annotated[
+        bool, typer.Option("--pool-protocols", help="Pool recordings of different protocols.")
     ] = False,
 ) -> None:
     """Write every table as CSV; tables already there are made anew."""
     console = Console(stderr=True)
-    study = open_recordings(recordings, console, mixed=mixed)
+    study = open_recordings(recordings, console, pool=pool_protocols)
     with console.status("Writing tables"):
         count = write_tables(StudyTables(study), data_label(study), output, long=long)
     console.print(f"Wrote {count} tables to {output}", markup=False, highlight=False)

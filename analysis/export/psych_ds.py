@@ -14,19 +14,12 @@ from typing import Any, BinaryIO
 
 import pandas as pd
 
-from analysis.commands.writing import (
-    csv_pieces,
-    make_folder,
-    open_private,
-    write_json,
-    write_pieces,
-    write_text,
-)
 from analysis.environment import environment
 from analysis.export.reconcile import Count, reconcile
 from analysis.export.wide import wide_table
+from analysis.files import make_folder, open_private, write_json, write_pieces, write_text
 from analysis.results import StudyResults
-from analysis.tables.columns import DATA_COLUMN, Column, Table
+from analysis.tables.columns import DATA_COLUMN, Column, Table, csv_pieces
 from study.errors import StudyError
 
 KINDS = {

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy import ndimage
 
+from analysis.figures.label_places import Box, place_labels
 from analysis.figures.palettes import DARK_PRGN, LIGHT_PRGN
 from analysis.figures.png import data_uri, indexed_png
 from analysis.figures.score_maps import Floats, Peak, ScoreMap, filled
@@ -31,8 +32,8 @@ HEADING_NAMES = (
 Place = Callable[[float, float], tuple[float, float]]
 """From metres on the map to pixels of the drawing."""
 
-LABEL_WIDTH = 60
-"""Room that a peak's value takes beside its ring, px."""
+DIGIT_WIDTH = 7.6
+"""Width of a figure in the bold type of peaks' values, px."""
 FINER = 3
 """Pixels of a large map for each cell: printers do not smooth what screens do."""
 
@@ -154,16 +155,29 @@ class _Painter:
         if large:
             self._glyphs(at, unit)
         places = [at(peak.x, peak.y) for peak in peaks]
-        top, bottom = corner[1], corner[1] + scene.height * unit
-        for peak, (px, py) in zip(peaks, places, strict=True):
-            drawing.circle((px, py), 8, "none s-paper halo-ring")
-            drawing.circle((px, py), 8, "none s-ink ring")
-            crowded = any(0 < x - px < LABEL_WIDTH and abs(y - py) < 16 for x, y in places)
-            right = px < corner[0] + width - LABEL_WIDTH and not crowded
-            side, anchor = (12.0, "start") if right else (-12.0, "end")
-            # A value beside a wall would be crossed by it.
-            baseline = min(max(py + 4, top + 18), bottom - 8)
-            drawing.text((px + side, baseline), signed(peak.value), "f-ink bold halo", anchor, 12)
+        for place in places:
+            drawing.circle(place, 8, "none s-paper halo-ring")
+            drawing.circle(place, 8, "none s-ink ring")
+        texts = [signed(peak.value) for peak in peaks]
+        frame = Box(*corner, corner[0] + width, corner[1] + scene.height * unit)
+        widths = [DIGIT_WIDTH * len(text) for text in texts]
+        labels = place_labels(places, widths, self._obstacles(at, unit), frame)
+        for text, label in zip(texts, labels, strict=True):
+            drawing.text((label.x, label.y), text, "f-ink bold halo", label.anchor, 12)
+
+    def _obstacles(self, at: Place, unit: float) -> list[Box]:
+        """Return walls, a little wider than drawn, and glyphs."""
+        found = []
+        for mark in self._scene.rectangles:
+            if mark.role == "wall":
+                x, y = at(mark.x, mark.y + mark.height)
+                wide, high = max(mark.width * unit, 1), max(mark.height * unit, 1)
+                found.append(Box(x - 2, y - 2, x + wide + 2, y + high + 2))
+        for disc in self._scene.discs:
+            x, y = at(disc.x, disc.y)
+            half = max(disc.radius * unit, 9) if disc.role == "goal" else 9
+            found.append(Box(x - half, y - half, x + half, y + half))
+        return found
 
     def _colours(self, values: Floats, at: Place, unit: float, finer: int) -> None:
         grid = self._grid

@@ -17,6 +17,8 @@ TOP, BOTTOM = 32.0, 306.0
 WIDTH = 920.0
 SPLIT = 545.0
 MOST_NAMES = 4
+LINE = 13.0
+"""From one label's line to the next, px."""
 
 
 def paired_means(
@@ -71,7 +73,7 @@ def _means(drawing: Drawing, cells: Cells, labels: Sequence[str], hints: Sequenc
             for r, p, d in zip(cells.means, cells.participants, falls, strict=True)
             if d
         ]
-        for y, participant in spread_labels(ends, 13):
+        for y, participant in spread_labels(ends, LINE):
             drawing.text((xs[-1] + 8, y + 4), participant, "f-ink", size=11.5)
     for place, (x, interval) in enumerate(zip(xs, intervals, strict=True)):
         mean = float(np.mean(cells.means[:, place]))
@@ -108,8 +110,12 @@ def _differences(drawing: Drawing, cells: Cells, labels: Sequence[str]) -> None:
         mean = float(np.mean(values))
         drawing.line((x, scale(interval.low)), (x, scale(interval.high)), "s-ink thick")
         drawing.line((x - 7, scale(mean)), (x + 7, scale(mean)), "s-ink thick")
-        marks = [(scale(interval.high), interval.high, ""), (scale(mean), mean, "bold")]
-        marks.append((scale(interval.low), interval.low, ""))
+        # The ends of a narrow interval make room for the mean between them.
+        marks = [
+            (min(scale(interval.high), scale(mean) - LINE), interval.high, ""),
+            (scale(mean), mean, "bold"),
+            (max(scale(interval.low), scale(mean) + LINE), interval.low, ""),
+        ]
         for y, value, weight in marks:
             text = scale.label(0) if round(value, 1) == 0 else f"{value:+.1f}".replace("-", "−")
             drawing.text((x + 14, y + 4), text, f"f-ink {weight}", size=11.5)

@@ -8,12 +8,15 @@ import json
 import platform
 
 from analysis.environment import PACKAGES, version_of
-from analysis.formatting import counted, listed
+from analysis.formatting import counted, listed, utc
+from analysis.plan_status import PlanStatus
 from analysis.results import StudyResults
+from analysis.statistics.crossover import Crossover
+from analysis.statistics.latin_square import LatinSquare
 from analysis.statistics.result import EffectResult
 
-EMBED_ROWS = 600
-"""Most rows of a table that the page itself carries."""
+EMBED_BYTES = 400_000
+"""Largest CSV that the page itself carries."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -32,11 +35,11 @@ def downloads(results: StudyResults) -> list[Download]:
     tables = results.tables
     for name in tables.names():
         rows = tables.rows(name)
-        if rows > EMBED_ROWS:
+        csv = tables[name].to_csv(results.label.line).encode()
+        if len(csv) > EMBED_BYTES:
             made.append(Download(name, rows, f"tables/{name}.csv", embedded=False))
             continue
-        csv = tables[name].to_csv(results.label.line)
-        coded = base64.b64encode(csv.encode()).decode()
+        coded = base64.b64encode(csv).decode()
         href = f"data:text/csv;charset=utf-8;base64,{coded}"
         made.append(Download(name, rows, href, embedded=True))
     return made
@@ -62,7 +65,7 @@ def recording_versions(results: StudyResults) -> list[tuple[str, str]]:
     return [(name, ", ".join(sorted(versions))) for name, versions in sorted(found.items())]
 
 
-def methods(results: StudyResults) -> list[str]:
+def methods(results: StudyResults, plan: PlanStatus) -> list[str]:
     """Describe the analysis in sentences to copy."""
     facts, cells, data = results.facts, results.cells, results.data
     kind = "simulated participants" if results.label.simulated else "participants"
@@ -102,8 +105,19 @@ def methods(results: StudyResults) -> list[str]:
         text.append(
             "Sensitivity analyses are a linear mixed model of the trials with Kenward and Roger’s "
             "and with Satterthwaite’s degrees of freedom, the exact Wilcoxon test, a sign-flip "
-            "permutation test, the AB/BA crossover, leaving out each participant in turn and a "
-            "JZS Bayes factor."
+            "permutation test, leaving out each participant in turn and a JZS Bayes factor."
+        )
+        if isinstance(results.robustness.equivalence, EffectResult):
+            text.append(
+                "Equivalence was tested by two one-sided tests against the bound that the protocol "
+                f"states, {facts.equivalence_bound:g} points."
+            )
+    if isinstance(results.order_tests, Crossover):
+        text.append("Period and carry-over were tested as an AB/BA crossover.")
+    elif isinstance(results.order_tests, LatinSquare):
+        text.append(
+            "Period and carry-over were tested with participants as fixed effects, each term "
+            "adjusted for the others."
         )
     text.append(
         "Trial rows pooled over participants are shown for comparison only: they treat trials of "
@@ -133,5 +147,10 @@ def methods(results: StudyResults) -> list[str]:
         text.append(
             f"The protocol’s {'rule' if len(rules) == 1 else 'rules'} on disturbed trials "
             f"{listed(rules)} left out {left}."
+        )
+    if plan.confirmatory and plan.lock is not None:
+        text.append(
+            "Protocol, exclusion rules, analysis code and software versions were fixed on "
+            f"{utc(plan.lock.locked_utc)}, before the first record, and have not changed since."
         )
     return text

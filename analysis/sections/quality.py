@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from analysis.formatting import number
+from analysis.formatting import counted, listed, number
 from analysis.recordings import Session
 from analysis.results import StudyResults
 
@@ -20,6 +20,16 @@ class Flag:
     session: str
     text: str
     treatment: str
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class RuleRow:
+    """One exclusion rule of the protocol: what it leaves out, and what it did leave out."""
+
+    name: str
+    what: str
+    found: str
+    reason: str
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -101,6 +111,24 @@ def flags(results: StudyResults) -> list[Flag]:
         for name in data.unknown_rules
     ]
     return found
+
+
+def rules(results: StudyResults) -> list[RuleRow]:
+    """Say what each rule of the protocol left out: trials first, then participants."""
+    trials = results.data.excluded_trials
+    rows = []
+    for rule in results.facts.trial_exclusions:
+        own = trials[trials["rule"] == rule.name]
+        people = listed(sorted({str(who) for who in own["participant"]}))
+        found = f"{counted(len(own), 'trial')} of {people}" if len(own) else "no trial"
+        codes = listed([code.replace("_", " ") for code in sorted(rule.deviations)])
+        rows.append(RuleRow(rule.name, f"trials: {codes}", found, rule.reason))
+    for applied in results.data.rules:
+        rule_of, measure = applied.rule, applied.rule.measure.replace("_", " ")
+        what = f"participants: fewer than {rule_of.at_least:g} {measure}"
+        found = ", ".join(applied.participants) or "nobody"
+        rows.append(RuleRow(rule_of.name, what, found, rule_of.reason))
+    return rows
 
 
 def _lost_in_trials(session: Session) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
+from analysis.figures.forest import ForestGroup, forest
 from analysis.figures.paired_means import paired_means
 from analysis.figures.svg import Drawing
 from analysis.figures.trial_curves import trial_curves
@@ -32,7 +33,8 @@ def test_groups(results: StudyResults) -> list[TestGroup]:
     """Group the tests that were computed; empty groups are left out."""
     groups = [
         ("Primary", "primary", (results.primary,)),
-        ("Sensitivity", "sensitivity", results.sensitivity),
+        ("Sensitivity: the same question, other assumptions", "sensitivity", results.sensitivity),
+        ("The primary test on other rows", "sensitivity", _other_rows(results)),
         ("The paper’s form, for comparison only", "comparison", results.comparison),
     ]
     made = [TestGroup(heading, kind, _computed(outcomes)) for heading, kind, outcomes in groups]
@@ -41,7 +43,12 @@ def test_groups(results: StudyResults) -> list[TestGroup]:
 
 def refusals(results: StudyResults) -> list[Refusal]:
     """Return the tests of team reward that were refused."""
-    outcomes = (results.primary, *results.sensitivity, *results.comparison)
+    outcomes = (
+        results.primary,
+        *results.sensitivity,
+        *_other_rows(results),
+        *results.comparison,
+    )
     return [outcome for outcome in outcomes if isinstance(outcome, Refusal)]
 
 
@@ -60,6 +67,39 @@ def figure(results: StudyResults) -> Drawing | None:
         measure="Mean team reward per trial",
         unit=unit,
     )
+
+
+def _other_rows(results: StudyResults) -> tuple[Outcome, ...]:
+    return tuple(variant.outcome for variant in results.variants if not variant.same)
+
+
+def forest_figure(results: StudyResults) -> Drawing | None:
+    """Draw all models of the difference; None unless two conditions were compared."""
+    if len(results.labels) != 2:
+        return None
+    groups = [
+        ForestGroup(group.heading, group.kind, tuple(r for r in group.results if _drawable(r)))
+        for group in test_groups(results)
+    ]
+    return forest("forest", groups, results.labels)
+
+
+def forest_finding(results: StudyResults) -> str:
+    """Say whether the models agree on the sign, in one sentence."""
+    outcomes = (results.primary, *results.sensitivity, *_other_rows(results))
+    drawn = [o for o in outcomes if isinstance(o, EffectResult) and _drawable(o)]
+    holding = [o for o in drawn if o.interval is not None and o.interval.holds(0.0)]
+    if len(drawn) < 2:
+        return "One model only."
+    if not holding:
+        return "Every model's interval leaves zero out."
+    if len(holding) == len(drawn):
+        return "Every model's interval holds zero."
+    return f"{in_words(len(holding), capital=True)} of {in_words(len(drawn))} intervals hold zero."
+
+
+def _drawable(result: EffectResult) -> bool:
+    return result.estimate is not None and result.interval is not None and not result.unit
 
 
 def curves(results: StudyResults) -> Drawing | None:
@@ -93,7 +133,7 @@ def period_finding(results: StudyResults) -> str:
     if len(means) < 2:
         return ""
     shown = [f"{number(mean, 1)} in period {period}" for period, mean in means.items()]
-    tested = "; orders are tested under Robustness" if results.robustness else ""
+    tested = "; orders are tested under Robustness" if results.order_tests is not None else ""
     return f"Mean team reward was {listed(shown)}{tested}."
 
 

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from analysis.formatting import fraction, number, p_value
+from analysis.formatting import fraction, interval, number, p_text, p_value
 from analysis.results import StudyResults
 from analysis.statistics.bayes_factor import BayesFactor
 from analysis.statistics.crossover import Crossover
+from analysis.statistics.latin_square import LatinSquare
 from analysis.statistics.leave_one_out import LeaveOneOut
-from analysis.statistics.result import Check, EffectResult, Refusal
+from analysis.statistics.result import EffectResult, Refusal
 
+ALPHA = 0.05
 LARGEST_SHOWN = 1e6
 
 
 def findings(results: StudyResults) -> list[str]:
-    """Say, a sentence or two each, what leaving out, Bayes factor and normality show."""
+    """Say, a sentence or two each, what leaving out, Bayes factor and equivalence show."""
     found = results.robustness
     if found is None:
         return []
@@ -22,37 +24,47 @@ def findings(results: StudyResults) -> list[str]:
         sentences.append(_left_out(found.left_out))
     if isinstance(found.bayes, BayesFactor):
         sentences.append(_bayes(found.bayes))
-    if isinstance(found.normality, Check):
-        check = found.normality
-        p = p_value(check.p) if check.p is not None else ""
-        equals = "" if p.startswith("<") else "= "
-        sentences.append(
-            f"{check.name}: {check.statistic_name} = {fraction(check.statistic)}, p {equals}{p}. "
-            f"{check.note}"
-        )
+    if isinstance(found.equivalence, EffectResult):
+        sentences.append(_equivalence(found.equivalence, results.facts.equivalence_bound))
     return sentences
 
 
 def order_tests(results: StudyResults) -> list[EffectResult]:
     """Return condition adjusted for period, period and carry-over, where computed."""
-    found = results.robustness
-    if found is None or not isinstance(found.orders, Crossover):
+    found = results.order_tests
+    if not isinstance(found, Crossover | LatinSquare):
         return []
-    return [outcome for outcome in found.orders.outcomes if isinstance(outcome, EffectResult)]
+    return [outcome for outcome in found.outcomes if isinstance(outcome, EffectResult)]
+
+
+def order_design(results: StudyResults) -> str:
+    """Say what the orders make of the design, for the table's caption."""
+    if isinstance(results.order_tests, LatinSquare):
+        kind = "Balanced" if results.order_tests.balanced else "Not quite balanced"
+        return (
+            f"{kind} Latin squares: condition, period and carry-over of the condition before, each "
+            "adjusted for the others."
+        )
+    return (
+        "The two orders as a crossover: condition and period adjusted for each other, and "
+        "carry-over, in points a trial."
+    )
 
 
 def refusals(results: StudyResults) -> list[Refusal]:
     """Return what was not computed, and why."""
-    found = results.robustness
-    if found is None:
+    found, orders = results.robustness, results.order_tests
+    if found is None and orders is None:
         reason = (
-            "These tests look at the difference of two conditions from other sides; here it "
-            "could not be tested in the first place, or there are not two conditions."
+            "These tests look at the difference of conditions from other sides; here it could "
+            "not be tested in the first place."
         )
         return [Refusal("Robustness", reason)]
-    refused = list(found.refusals)
-    if isinstance(found.orders, Crossover):
-        refused += [outcome for outcome in found.orders.outcomes if isinstance(outcome, Refusal)]
+    refused = list(found.refusals) if found is not None else []
+    if isinstance(orders, Refusal):
+        refused.append(orders)
+    elif orders is not None:
+        refused += [outcome for outcome in orders.outcomes if isinstance(outcome, Refusal)]
     return refused
 
 
@@ -67,8 +79,25 @@ def _left_out(left: LeaveOneOut) -> str:
     )
 
 
+def _equivalence(test: EffectResult, bound: float | None) -> str:
+    """Say whether the difference is smaller than what would matter."""
+    shown = number(bound) if bound is not None else ""
+    found = (
+        f"The conditions are equivalent within {shown} points"
+        if test.p < ALPHA
+        else f"Equivalence within {shown} points was not shown"
+    )
+    reach = f"; 90% CI {interval(test.interval)}" if test.interval is not None else ""
+    return (
+        f"{found}, the bound that the protocol states: two one-sided tests, "
+        f"t({test.df2:g}) = {number(test.statistic)}, {p_text(test.p)}{reach}."
+    )
+
+
 def _bayes(bayes: BayesFactor) -> str:
-    favours, against = ("a difference", "none") if bayes.bf10 >= 1 else ("none", "a difference")
+    favours, against = "a difference", "no difference"
+    if bayes.bf10 < 1:
+        favours, against = against, favours
     factor = max(bayes.bf10, 1 / bayes.bf10) if bayes.bf10 > 0 else float("inf")
     shown = number(factor, 1) if factor < LARGEST_SHOWN else "more than a million"
     return (

@@ -6,8 +6,9 @@ import dataclasses
 
 from analysis.figures.heat_maps import colour_bar, heat_map_row
 from analysis.figures.score_maps import ScoreMap, score_map, shared_limit
+from analysis.figures.scorer_accuracy import Accuracy, accuracy_dots
 from analysis.figures.svg import Drawing
-from analysis.formatting import counted, number
+from analysis.formatting import counted, in_words, listed, number
 from analysis.recordings import Session
 from analysis.results import StudyResults
 from analysis.tables.fits import applied_fits
@@ -98,6 +99,55 @@ def peak_finding(results: StudyResults) -> str:
         f"Of {counted(sum(near.values()), 'map')}, the landmark nearest to the highest peak is "
         f"{', '.join(shown)}."
     )
+
+
+def accuracies(results: StudyResults) -> list[Accuracy]:
+    """Return the held-out accuracy of the scorer that each participant's phase three used."""
+    rows = results.tables.frame("fit_metrics")
+    rows = rows[(rows["kind"] == "scorer")]
+    found: list[Accuracy] = []
+    for session in results.study.sessions:
+        who, fit = session.opened.participant, used_scorer(session)
+        own = rows[rows["participant"] == who]
+        if fit is None:
+            continue
+        own = own[own["request_id"] == fit.request_id]
+        values = {str(m): float(v) for m, v in zip(own["metric"], own["value"], strict=True)}
+        if "held_out_top1" in values:
+            robots = {t.robots for t in session.trials.values() if t.phase == Phase.TWO}
+            held_out = values.get("held_out_choices")
+            choices = values.get("choices")
+            found.append(
+                Accuracy(
+                    participant=who,
+                    scorer=fit.artefact_id,
+                    top1=values["held_out_top1"],
+                    held_out=None if held_out is None else round(held_out),
+                    choices=None if choices is None else round(choices),
+                    chance=1 / robots.pop() if len(robots) == 1 else None,
+                )
+            )
+    return found
+
+
+def accuracy_figure(results: StudyResults) -> Drawing | None:
+    """Draw the accuracies; None if none was recorded."""
+    rows = accuracies(results)
+    return accuracy_dots("accuracy", rows) if rows else None
+
+
+def accuracy_finding(results: StudyResults) -> str:
+    """Say how many scorers beat chance, as far as that can be told."""
+    rows = accuracies(results)
+    judged = [row for row in rows if row.beats_chance is not None]
+    if not judged:
+        return "How many choices were held out is not recorded, so no interval is drawn."
+    better = sum(row.beats_chance is True for row in judged)
+    doubtful = [row.participant for row in judged if not row.beats_chance]
+    text = f"{in_words(better, capital=True)} of {in_words(len(judged))} scorers beat chance"
+    if doubtful and len(doubtful) <= 4:
+        text += f"; {listed(doubtful)} cannot be told from it"
+    return f"{text}."
 
 
 def quality(results: StudyResults) -> QualityTable | None:

@@ -42,6 +42,11 @@ class LatinSquare:
     carry_over: Outcome
     balanced: bool
 
+    @property
+    def outcomes(self) -> tuple[Outcome, Outcome, Outcome]:
+        """All three, in the order of the tables."""
+        return self.condition, self.period, self.carry_over
+
 
 def follows_equally(orders: Sequence[Sequence[str]], levels: Sequence[str]) -> bool:
     """Return whether each condition follows each other one equally often, and fills each period."""

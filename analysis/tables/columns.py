@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Literal
 
 import pandas as pd
@@ -161,6 +161,17 @@ def joined(parts: Sequence[Table]) -> Table:
         else:
             data[column.name] = pd.concat(pieces, ignore_index=True)
     return Table(first.name, first.text, first.columns, data)
+
+
+def csv_pieces(parts: Iterable[Table], data: str) -> Iterator[str]:
+    """Yield tables with the same columns as one text of CSV, piece by piece.
+
+    Args:
+        parts: the tables, in order.
+        data: who produced the data: the value of the last column.
+    """
+    for place, part in enumerate(parts):
+        yield part.to_csv(data, header=place == 0)
 
 
 def _neutralised(values: pd.Series[Any]) -> pd.Series[Any]:

@@ -12,7 +12,7 @@ from analysis.tables.deviations import session_rows
 from analysis.tables.sessions import order_text
 from analysis.tables.trial_columns import TRIAL_COLUMNS, trial_keys
 from study.events.codes import Outcome
-from study.events.events import EpisodeEnded, Switched
+from study.events.events import EpisodeEnded, Switched, TrialStarted
 from study.events.fields import Record
 
 COLUMNS = (
@@ -21,6 +21,7 @@ COLUMNS = (
     Column("order", "label", "conditions of phase three in the order run"),
     Column("robots", "integer", "number of robots"),
     Column("allocation", "label", "who decides which robot is operated"),
+    Column("treated", "label", "condition that ran; empty if none of the protocol's did"),
     Column("view", "label", "what the participant sees"),
     Column("dwell", "integer", "timesteps between automatic switches", unit="timesteps"),
     Column("policy_id", "label", "which policy drives"),
@@ -36,6 +37,26 @@ COLUMNS = (
     Column("takeovers", "integer", "switches to a robot"),
     Column("deviations", "label", "codes of the deviations in it, by commas; empty if none"),
 )
+
+
+def treated_condition(session: Session, trial: TrialStarted) -> str:
+    """Return the name of the condition that a fleet run really ran; empty if none did.
+
+    A scorer that could not be fitted, or did not pass its gate, leaves a fleet run with another
+    allocation, or with none that decides by scores. An assisted fleet run without a scorer has
+    run no condition.
+    """
+    if not trial.condition:
+        return ""
+    declared = session.protocol.get("conditions")
+    entries = [entry for entry in declared if isinstance(entry, dict)] if declared else []
+    allocations = {str(entry.get("name")): str(entry.get("allocation")) for entry in entries}
+    if trial.allocation not in ("manual", "none") and not trial.scorer_id:
+        return ""
+    if allocations.get(trial.condition, trial.allocation) == trial.allocation:
+        return trial.condition
+    others = [name for name, allocation in allocations.items() if allocation == trial.allocation]
+    return others[0] if len(others) == 1 else ""
 
 
 def build(study: StudyRecordings) -> Table:
@@ -66,6 +87,7 @@ def _rows(session: Session) -> list[dict[str, object]]:
                 "order": order_text(session.opened.order),
                 "robots": trial.robots,
                 "allocation": trial.allocation,
+                "treated": treated_condition(session, trial),
                 "view": trial.view,
                 "dwell": trial.dwell,
                 "policy_id": trial.policy_id,

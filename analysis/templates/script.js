@@ -18,6 +18,39 @@
   system.addEventListener("change", label);
   label();
 
+  var said = document.getElementById("copied");
+  document.querySelectorAll("button.copy").forEach(function (copy) {
+    copy.hidden = false;
+    copy.addEventListener("click", function () {
+      var source = document.getElementById(copy.getAttribute("data-copy"));
+      // Selected in any case: where a browser forbids copying, the keyboard still can.
+      window.getSelection().selectAllChildren(source);
+      var done = function () {
+        said.textContent = "Copied.";
+      };
+      if (navigator.clipboard) {
+        navigator.clipboard.writeText(source.textContent).then(done, function () {
+          said.textContent = "Selected: copy it with the keyboard.";
+        });
+      } else if (document.execCommand("copy")) {
+        done();
+      }
+    });
+  });
+
+  // What scrolls sideways in a narrow window must be reachable by keyboard.
+  function reachable() {
+    document.querySelectorAll("figure, .maprow").forEach(function (box) {
+      if (box.scrollWidth > box.clientWidth) {
+        box.setAttribute("tabindex", "0");
+      } else {
+        box.removeAttribute("tabindex");
+      }
+    });
+  }
+  window.addEventListener("resize", reachable);
+  reachable();
+
   var links = {};
   document.querySelectorAll("nav.contents a").forEach(function (link) {
     links[link.hash.slice(1)] = link;

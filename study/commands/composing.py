@@ -21,6 +21,7 @@ from study.orders import least_used_order, possible_orders
 from study.protocol import parse_protocol
 from study.recording.client import Recorder
 from study.recording.failover import FailoverRecorder
+from study.recording.plan_lock import ATTACHMENT, read_lock
 from study.recording.reader import read_recording
 
 PARTICIPANT = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,31}")
@@ -168,7 +169,26 @@ def _described(
         "protocol_sha256": opened.protocol_sha256,
         **{f"version:{key}": value for key, value in json.loads(opened.versions_json).items()},
     }
-    return name, {"protocol.toml": loaded.text.encode()}, metadata
+    attachments = {"protocol.toml": loaded.text.encode()}
+    locked = read_lock(loaded.path)
+    if locked is not None:
+        attachments[ATTACHMENT] = locked[0]
+    return name, attachments, metadata
+
+
+def lock_warning(loaded: LoadedProtocol) -> str:
+    """Say what the protocol's plan lock no longer fits; empty if it fits or there is none.
+
+    Raises:
+        StudyError: the lock's file is none.
+    """
+    locked = read_lock(loaded.path)
+    if locked is None or locked[1].protocol_sha256 == loaded.sha256:
+        return ""
+    return (
+        f"The protocol has changed since it was locked, {locked[1].locked_utc}: a report of this "
+        "session will not be confirmatory. `study lock --again` locks what is there now."
+    )
 
 
 def clock_pair(t_ns: int) -> ClockPair:

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import typer
 
-from study.commands import demo, export_foxglove, gallery, recover, replay, run, simulate, validate
+from study.commands import (
+    demo,
+    export_foxglove,
+    gallery,
+    lock,
+    recover,
+    replay,
+    run,
+    simulate,
+    validate,
+)
 from study.commands.terminal import report_errors
 from study.version_option import VersionOption
 
@@ -30,6 +40,7 @@ app.command("recover")(recover.recover)
 app.command("export-foxglove")(export_foxglove.export_foxglove)
 app.command("gallery")(gallery.gallery)
 app.command("validate")(validate.validate)
+app.command("lock")(lock.lock)
 
 
 def main() -> None:

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from study.commands.composing import check_participant
+from study.commands.composing import check_participant, lock_warning
 from study.commands.terminal import console, errors
 from study.errors import StudyError
 from study.foxglove.live_tap import DEFAULT_PORT, LOOPBACK, LiveTap, require_live
@@ -65,6 +65,8 @@ def run(
     if live:
         require_live()
     loaded = load_protocol(protocol)
+    if warning := lock_warning(loaded):
+        errors.print(f"[yellow]{escape(warning)}[/]")
     window_size = parse_size(size)
     if resume:
         if again or order or seed is not None:

@@ -9,7 +9,8 @@ import typer
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from study.commands.terminal import console
+from study.commands.composing import lock_warning
+from study.commands.terminal import console, errors
 from study.errors import StudyError
 from study.loading import load_protocol
 
@@ -41,6 +42,8 @@ def simulate_with_progress(
     if jobs == 0:
         raise StudyError("0 processes", "Give --jobs 1 or more, or -1 for all cores.")
     loaded = load_protocol(protocol)
+    if warning := lock_warning(loaded):
+        errors.print(f"[yellow]{escape(warning)}[/]")
     count = participants or loaded.protocol.study.planned_participants
     study_seed = default_seed(loaded) if seed is None else seed
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -42,10 +43,16 @@ def simulated_assignments(loaded: LoadedProtocol, participants: int, seed: int) 
             order=orders[index % len(orders)],
             planned_index=index,
             operator_kind="simulated",
-            operator_json=draw_parameters(seed, index).model_dump_json(),
+            operator_json=_operator_json(seed, index),
         )
         for index in range(participants)
     ]
+
+
+def _operator_json(seed: int, index: int) -> str:
+    """Return what made a simulated operator: the study's seed and the parameters drawn from it."""
+    drawn = draw_parameters(seed, index).model_dump(mode="json")
+    return json.dumps({"study_seed": seed, **drawn})
 
 
 def simulate_session(

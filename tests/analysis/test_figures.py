@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import re
 import struct
 import zlib
 
@@ -11,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.figures.heat_maps import heading_label, signed
+from analysis.figures.label_places import Box, place_labels
 from analysis.figures.paired_means import paired_means, spread_labels, swarm
 from analysis.figures.palettes import DARK_PRGN, LIGHT_PRGN
 from analysis.figures.png import indexed_png
@@ -148,3 +151,52 @@ def test_numbers_are_written_by_the_rules() -> None:
     assert signed(2.0) == "+2.0"
     assert heading_label(-np.pi / 2) == "↓ south"
     assert heading_label(0.3) == "17°"
+
+
+def test_a_label_stands_at_the_right_where_that_is_free() -> None:
+    """Without anything near, the text begins beside its mark."""
+    (label,) = place_labels([(50.0, 50.0)], [30.0], [], Box(0, 0, 200, 100))
+    assert label.anchor == "start"
+    assert label.box.left > 50 + 8
+
+
+@given(
+    st.lists(st.tuples(st.floats(20, 280), st.floats(20, 180)), min_size=1, max_size=3),
+    st.floats(60, 240),
+)
+def test_labels_cross_no_wall_if_a_place_is_free(
+    marks: list[tuple[float, float]], wall: float
+) -> None:
+    """Labels keep inside the map and off its one wall wherever their marks are."""
+    edge = Box(wall - 3, 0, wall + 3, 200)
+    labels = place_labels(marks[:1], [34.0], [edge], Box(0, 0, 300, 200))
+    for label in labels:
+        assert label.box.overlap(edge) == 0
+        assert label.box.overlap(Box(0, 0, 300, 200)) == pytest.approx(label.box.area)
+
+
+def test_two_close_peaks_have_their_values_apart() -> None:
+    """A value is written neither over another value nor over another ring."""
+    marks = [(100.0, 100.0), (125.0, 102.0), (112.0, 124.0)]
+    labels = place_labels(marks, [34.0] * 3, [], Box(0, 0, 300, 200))
+    for place, label in enumerate(labels):
+        assert all(label.box.overlap(other.box) == 0 for other in labels[place + 1 :])
+        for other, (x, y) in enumerate(marks):
+            if other != place:
+                assert label.box.overlap(Box(x - 8, y - 8, x + 8, y + 8)) == 0
+
+
+def test_ends_of_a_narrow_interval_leave_room_for_the_mean() -> None:
+    """The three values beside the interval of the differences each have a line of their own."""
+    people = tuple(f"P{place}" for place in range(5))
+    means = np.array([[50.0, 60.0], [60.0, 70.05], [70.0, 80.0], [80.0, 90.05], [40.0, 50.0]])
+    cells = Cells(people, ("a", "b"), means, np.full((5, 2), 8))
+    labels, hints = ("A", "B"), ("", "")
+    page = paired_means("x", cells, labels, hints, measure="M", unit="points").markup()
+    lines = [
+        float(y)
+        for y, value in re.findall(r'<text class="[^"]*" x="[^"]*" y="([^"]*)"[^>]*>([^<]*)<', page)
+        if value in ("+10.0", "+10.1")
+    ]
+    assert len(lines) == 3
+    assert min(b - a for a, b in itertools.pairwise(sorted(lines))) > 12

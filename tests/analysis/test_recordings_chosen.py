@@ -44,9 +44,9 @@ def test_different_protocols_are_pooled_only_on_request(tmp_path: Path) -> None:
     write_session(tmp_path, small("B", 1, title="Another study"))
     with pytest.raises(StudyError, match="2 different protocols") as caught:
         load_recordings([tmp_path])
-    assert "--mixed" in caught.value.hint
+    assert "--pool-protocols" in caught.value.hint
     assert "session_00.mcap" in caught.value.message
-    assert len(load_recordings([tmp_path], mixed=True).sessions) == 2
+    assert len(load_recordings([tmp_path], pool=True).sessions) == 2
 
 
 def test_the_complete_session_of_a_participant_is_chosen(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import special
 
 from analysis.statistics.bayes_factor import log_jzs, paired_bayes_factor
 from analysis.statistics.cells import Cells, cell_means
@@ -93,7 +94,7 @@ def test_adaptive_quadrature_equals_brute_force() -> None:
         for row in (2 * person, 2 * person + 1):
             shift = 0.7 * x[row, 0] + 1.3 * grid
             above, below = bounds[codes[row] + 1] - shift, bounds[codes[row]] - shift
-            density = density * (1 / (1 + np.exp(-above)) - 1 / (1 + np.exp(-below)))
+            density = density * (special.expit(above) - special.expit(below))
         total += math.log(float(np.trapezoid(density, grid)))
     found = log_likelihood(Answers(codes, 3, x, members), parameters)[0]
     assert found == pytest.approx(total, abs=1e-6)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import gc
 import io
 import json
@@ -18,6 +19,7 @@ from analysis.recordings import StudyRecordings
 from analysis.tables import study_tables
 from analysis.tables.columns import Column, Table
 from analysis.tables.study_tables import BUILDERS, StudyTables
+from analysis.tables.trials import treated_condition
 from study.events.events import Timestep
 
 KIND = {"integer": "i", "number": "f", "boolean": "b"}
@@ -189,3 +191,22 @@ def test_long_tables_are_held_a_session_at_a_time(study: StudyRecordings, name: 
         gc.collect()
         assert sum(reference() is not None for reference in seen) == 1
     assert len(seen) == len(study.sessions)
+
+
+def test_what_ran_is_told_from_what_was_assigned(tables: StudyTables) -> None:
+    """In this study every trial of phase three ran as assigned; other phases assign nothing."""
+    trials = tables.frame("trials")
+    three = trials["phase"] == 3
+    ran, assigned = trials["treated"].astype("str"), trials["condition"].astype("str")
+    assert (ran[three] == assigned[three]).all()
+    assert (ran[trials["phase"] < 3] == "").all()
+
+
+def test_an_assisted_trial_without_a_scorer_ran_no_condition(study: StudyRecordings) -> None:
+    """Assigned is what the protocol says; treated is what the allocation and scorer did."""
+    session = study.sessions[0]
+    trial = next(t for t in session.trials.values() if t.allocation == "assisted")
+    assert treated_condition(session, trial) == "assisted"
+    assert treated_condition(session, dataclasses.replace(trial, scorer_id="")) == ""
+    fallen_back = dataclasses.replace(trial, allocation="manual", scorer_id="")
+    assert treated_condition(session, fallen_back) == "manual"

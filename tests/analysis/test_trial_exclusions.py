@@ -11,7 +11,7 @@ from analysis.measures import analysed_data
 from analysis.protocol_facts import TrialExclusionRule, protocol_facts
 from analysis.recordings import StudyRecordings, load_recordings
 from analysis.results import compute_results
-from analysis.sections.quality import flags
+from analysis.sections.quality import flags, rules
 from analysis.tables.study_tables import StudyTables
 from study.events.codes import Phase
 from study.events.events import Deviation, Paused, Resumed, StageEntered, TrialStarted
@@ -94,10 +94,10 @@ def test_the_report_names_them(study: StudyRecordings) -> None:
     ruled = dataclasses.replace(
         study, sessions=(dataclasses.replace(study.first, protocol=protocol),)
     )
-    texts = [
-        (flag.kind, flag.text, flag.treatment)
-        for flag in flags(compute_results(ruled, StudyTables(ruled)))
-    ]
+    results = compute_results(ruled, StudyTables(ruled))
+    row = rules(results)[0]
+    assert (row.what, row.found) == ("trials: resumed", "1\u00a0trial of P01")
+    texts = [(flag.kind, flag.text, flag.treatment) for flag in flags(results)]
     assert (
         "Excluded trial",
         "Trial 3 under Manual: rule undisturbed (resumed)",

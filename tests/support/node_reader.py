@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import json
-import os
 import subprocess
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 
+from node_packages import install_packages
 from patience import PATIENCE_S
 from study.events.fields import Record, Wire, record_types, wire_fields
 from study.recording.descriptors import message_name
@@ -26,41 +24,12 @@ FOLDER = Path(__file__).resolve().parents[1] / "independent_reader"
 def read_by_node(*paths: Path) -> list[dict[str, Any]]:
     """Return what Node finds in recordings; skip the test where Node is missing."""
     node = require_program("node")
-    _install(require_program("npm"))
+    install_packages(FOLDER)
     command = [node, str(FOLDER / "read_recording.js"), *map(str, paths)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
     assert done.returncode == 0, done.stderr
     found: list[dict[str, Any]] = json.loads(done.stdout)
     return found
-
-
-def _install(npm: str) -> None:
-    """Install the packages of the lock file, once, whoever of several test workers comes first."""
-    wanted = hashlib.sha256((FOLDER / "package-lock.json").read_bytes()).hexdigest()
-    stamp = FOLDER / "node_modules" / ".lock-sha256"
-    with (FOLDER / "package.json").open("rb") as gate:
-        fcntl.flock(gate, fcntl.LOCK_EX)
-        if stamp.is_file() and stamp.read_text() == wanted:
-            return
-        command = [npm, "ci", "--no-audit", "--no-fund", "--ignore-scripts"]
-        try:
-            done = subprocess.run(
-                command,
-                cwd=FOLDER,
-                capture_output=True,
-                text=True,
-                check=False,
-                timeout=PATIENCE_S,
-            )
-            failure = done.stderr if done.returncode else ""
-        except subprocess.TimeoutExpired:
-            failure = f"it took more than {PATIENCE_S:g} s"
-        if failure:
-            reason = f"npm ci failed in {FOLDER}: {failure}"
-            if os.environ.get("CI"):
-                pytest.fail(reason)
-            pytest.skip(reason)
-        stamp.write_text(wanted)
 
 
 def facts_of(recording: Recording) -> dict[str, Any]:

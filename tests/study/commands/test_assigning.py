@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -117,6 +118,8 @@ def test_simulated_orders_balance(participants: int) -> None:
     for field in ("participant", "seed"):
         assert len({getattr(a, field) for a in assignments}) == participants
     assert {a.operator_kind for a in assignments} == {"simulated"}
+    seeds = {json.loads(a.operator_json)["study_seed"] for a in assignments}
+    assert seeds == {default_seed(loaded)}
 
 
 def test_window_size() -> None:
