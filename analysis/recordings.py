@@ -18,7 +18,8 @@ from study.errors import RecordingError, StudyError
 from study.events.events import SessionEnded, TrialEnded, TrialStarted
 from study.events.inputs import SessionOpened
 from study.events.task_description import TaskDescription
-from study.recording.parts import base_name, join_parts, part_files
+from study.recording.file_lock import is_held
+from study.recording.parts import join_parts, part_files
 from study.recording.reader import Recording, read_recording
 
 SUFFIX = ".mcap"
@@ -41,6 +42,7 @@ class Session:
         damaged_trials: ids of fleet runs of which records are missing.
         unknown_trials: how many timesteps are left out of each fleet run whose beginning is
             missing, by trial id.
+        files: each file of the session and its SHA-256, in order.
         left_out_trials: fleet runs broken off by a crash, which a resume went back behind; they
             are in none of the data here.
     """
@@ -55,6 +57,7 @@ class Session:
     trial_ends: Mapping[int, TrialEnded]
     damaged_trials: tuple[int, ...] = ()
     unknown_trials: Mapping[int, int] = dataclasses.field(default_factory=dict)
+    files: tuple[tuple[str, str], ...] = ()
     left_out_trials: int = 0
 
     @property
@@ -128,15 +131,9 @@ def find_files(paths: Sequence[Path]) -> list[Path]:
 
 
 def _members(folder: Path) -> list[Path]:
-    """Return the recordings of a folder, with the torn parts of those that have later ones."""
-    members = sorted(folder.rglob(f"*{SUFFIX}"))
-    named = {(path.parent, base_name(path)) for path in members}
-    torn = [
-        path
-        for path in folder.rglob(f"*{SUFFIX}.part")
-        if (path.parent, base_name(path)) in named and not path.with_suffix("").exists()
-    ]
-    return [*members, *torn]
+    """Return the recordings of a folder, unfinished ones too."""
+    torn = [path for path in folder.rglob(f"*{SUFFIX}.part") if not path.with_suffix("").exists()]
+    return [*sorted(folder.rglob(f"*{SUFFIX}")), *torn]
 
 
 def load_recordings(paths: Sequence[Path], *, pool: bool = False) -> StudyRecordings:
@@ -161,6 +158,9 @@ def load_recordings(paths: Sequence[Path], *, pool: bool = False) -> StudyRecord
         set_aside.append(SetAside(path.name, "", reason.replace(str(path), path.name)))
 
     for path in find_files(paths):
+        if is_held(path):
+            set_aside.append(SetAside(path.name, "", "it is still being written"))
+            continue
         try:
             recordings.append(read_recording(path))
         except RecordingError as error:
@@ -168,8 +168,13 @@ def load_recordings(paths: Sequence[Path], *, pool: bool = False) -> StudyRecord
     for joined in join_parts(recordings):
         try:
             session = open_session(joined.path.name, joined)
-            left_out = joined.left_out_trials
-            sessions.append(dataclasses.replace(session, left_out_trials=left_out))
+            sessions.append(
+                dataclasses.replace(
+                    session,
+                    files=tuple((part.path.name, part.sha256) for part in joined.parts),
+                    left_out_trials=joined.left_out_trials,
+                )
+            )
         except RecordingError as error:
             leave_out(joined.path, error)
     return choose_sessions(sessions, set_aside, pool=pool)

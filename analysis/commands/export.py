@@ -33,7 +33,7 @@ def export(
     from analysis.export import psych_ds  # noqa: PLC0415 - slow to import
     from analysis.results import compute_results  # noqa: PLC0415 - slow to import
 
-    console = Console(stderr=True)
+    console = Console(stderr=True, soft_wrap=True)
     study = open_recordings(recordings, console, pool=pool_protocols)
     with console.status("Exporting"):
         results = compute_results(study, StudyTables(study))

@@ -35,7 +35,7 @@ def main() -> None:
     try:
         app()
     except StudyError as error:
-        console = Console(stderr=True)
+        console = Console(stderr=True, soft_wrap=True)
         console.print("[bold red]Error:[/] ", end="")
         console.print(error.message, markup=False, highlight=False)
         if error.hint:

@@ -23,7 +23,7 @@ def report(
     ] = False,
 ) -> None:
     """Write report.html and tables/*.csv; a report already there is made anew."""
-    console = Console(stderr=True)
+    console = Console(stderr=True, soft_wrap=True)
     path = write_report(recordings, output, console, pool=pool_protocols)
     console.print(f"Report: {path}", markup=False, highlight=False, soft_wrap=True)
 

@@ -28,7 +28,7 @@ def tables(
     ] = False,
 ) -> None:
     """Write every table as CSV; tables already there are made anew."""
-    console = Console(stderr=True)
+    console = Console(stderr=True, soft_wrap=True)
     study = open_recordings(recordings, console, pool=pool_protocols)
     with console.status("Writing tables"):
         count = write_tables(StudyTables(study), data_label(study), output, long=long)

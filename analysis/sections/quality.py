@@ -58,9 +58,11 @@ def flags(results: StudyResults) -> list[Flag]:
     for session in study.sessions:
         who = session.opened.participant
         if not session.complete:
-            reason = session.ended.reason if session.ended else "its end is not recorded"
             kept = "Left out" if who in left_out else "Kept; tested without as well"
-            found.append(Flag("Incomplete session", who, f"Ended early: {reason}", kept))
+            found.append(Flag("Incomplete session", who, _incomplete(session), kept))
+        if session.left_out_trials:
+            text = f"{counted(session.left_out_trials, 'fleet run')} broken off, and begun anew"
+            found.append(Flag("Broken trial", who, text, "The new ones count"))
         found += [
             Flag("File", who, problem, "What is readable is analysed")
             for problem in session.recording.problems
@@ -68,6 +70,15 @@ def flags(results: StudyResults) -> list[Flag]:
         found += [
             Flag("Lost records", who, text, "Not in the tests") for text in _lost_in_trials(session)
         ]
+    departed = data.departures
+    for who, condition in sorted(
+        {*zip(departed["participant"], departed["condition"], strict=True)}
+    ):
+        which = (departed["participant"] == who) & (departed["condition"] == condition)
+        label = results.facts.label(str(condition))
+        text = f"{counted(int(which.sum()), 'trial')} under {label} did not run as assigned"
+        treatment = "As assigned in the tests; as treated beside them"
+        found.append(Flag("Not as assigned", str(who), text, treatment))
     broken = data.broken_trials
     for who, condition, trial in zip(
         broken["participant"], broken["condition"], broken["trial"], strict=True
@@ -111,6 +122,14 @@ def flags(results: StudyResults) -> list[Flag]:
         for name in data.unknown_rules
     ]
     return found
+
+
+def _incomplete(session: Session) -> str:
+    if session.ended is None:
+        return "Its end is not recorded"
+    if session.ended.complete:
+        return "Every stage was passed, but records are missing"
+    return f"Ended early: {session.ended.reason}"
 
 
 def rules(results: StudyResults) -> list[RuleRow]:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from analysis.figures.ratings import item_label, rating_bars
 from analysis.figures.svg import Drawing
-from analysis.formatting import interval, listed, number
+from analysis.formatting import listed, number
 from analysis.results import StudyResults
 from analysis.statistics.likert import LikertRow
 from analysis.statistics.result import EffectResult, Refusal
+
+ALPHA = 0.05
 
 
 def label(row: LikertRow) -> str:
@@ -23,15 +25,17 @@ def figure(results: StudyResults) -> Drawing | None:
 
 
 def finding(results: StudyResults) -> str:
-    """Say for which items a difference was detected, and for which not."""
+    """Say for which items a difference was detected, and for which not.
+
+    Detected is what the recommended test finds after Holm's adjustment.
+    """
     found: dict[str, list[str]] = {"higher": [], "lower": [], "none": [], "refused": []}
     for row in results.ratings:
         test = row.f_test
-        if isinstance(test, Refusal) or test.estimate is None or test.interval is None:
+        if isinstance(test, Refusal) or test.estimate is None or row.holm_p is None:
             found["refused"].append(label(row))
-        elif test.interval.holds(0.0):
-            shown = f"{label(row)} ({number(test.estimate)} points, {interval(test.interval)})"
-            found["none"].append(shown)
+        elif row.holm_p >= ALPHA:
+            found["none"].append(f"{label(row)} ({number(test.estimate)} points)")
         else:
             found["higher" if test.estimate > 0 else "lower"].append(label(row))
     other = results.labels[1] if len(results.labels) == 2 else "the conditions"
@@ -42,6 +46,8 @@ def finding(results: StudyResults) -> str:
         sentences.append(f"{other} was rated lower on {listed(found['lower'])}.")
     if found["none"]:
         sentences.append(f"No difference was detected on {listed(found['none'])}.")
+    if found["higher"] or found["lower"] or found["none"]:
+        sentences.append("This goes by the exact Wilcoxon test with Holm’s adjustment.")
     if found["refused"]:
         sentences.append(f"Not tested: {listed(found['refused'])}.")
     return " ".join(sentences)

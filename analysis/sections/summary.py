@@ -91,6 +91,9 @@ def evidence(results: StudyResults) -> Markup:
     else:
         kind = "Repeated-measures ANOVA on participant means"
     text = Markup("{}: {}, {}.").format(kind, equation(test), effect(test.effects[0]))
+    departed = len(results.data.departures)
+    if departed:
+        text += Markup(" {} did not run as assigned.").format(counted(departed, "trial"))
     if len(results.cells.levels) != 2:
         return text
     return text + " " + direction(results)
@@ -100,10 +103,13 @@ def direction(results: StudyResults) -> str:
     """Say how many participants did better under the second condition, and who did not."""
     cells, label = results.cells, results.labels[1]
     better = cells.means[:, 1] > cells.means[:, 0]
-    count = in_words(int(better.sum()), capital=True)
+    if cells.n == 1:
+        did = "did better" if better[0] else "did not do better"
+        return f"{cells.participants[0]} {did} under {label}."
+    count = in_words(int(better.sum()), capital=True) if better.any() else "None"
     text = f"{count} of {in_words(cells.n)} participants did better under {label}"
     others = [who for who, yes in zip(cells.participants, better, strict=True) if not yes]
-    if not others:
+    if not others or len(others) == cells.n:
         return f"{text}."
     if len(others) > 4:
         return f"{text}; {in_words(len(others))} did not."
@@ -141,14 +147,15 @@ def tiles(results: StudyResults) -> list[Tile]:
     deviations = len(results.tables["deviations"])
     skipped = int(results.tables.frame("timing")["skipped"].sum())
     faulty = sum(bool(s.recording.problems) for s in sessions) + len(study.set_aside)
-    broken = len(data.broken_trials)
+    broken = len(data.broken_trials) + sum(s.left_out_trials for s in sessions)
+    missing = max(0, expected - trials)
     return [
         Tile(
             str(complete),
             f"of {planned} planned",
             "sessions complete",
             complete == len(sessions) and complete >= planned,
-            "all complete" if complete == len(sessions) else _incomplete(len(sessions) - complete),
+            _sessions_in_words(len(sessions), complete, planned),
             "quality",
         ),
         Tile(
@@ -156,7 +163,11 @@ def tiles(results: StudyResults) -> list[Tile]:
             f"of {expected} planned" if expected else "",
             "trials analysed",
             broken == 0 and (not expected or trials >= expected),
-            "none broken off" if broken == 0 else f"{broken} broken off",
+            f"{broken} broken off"
+            if broken
+            else f"{missing} not there"
+            if missing
+            else "none broken off",
             "quality",
         ),
         Tile(
@@ -194,5 +205,7 @@ def tiles(results: StudyResults) -> list[Tile]:
     ]
 
 
-def _incomplete(count: int) -> str:
-    return f"{count} incomplete"
+def _sessions_in_words(count: int, complete: int, planned: int) -> str:
+    if complete < count:
+        return f"{count - complete} incomplete"
+    return "all complete" if count >= planned else f"{planned - count} not recorded"

@@ -14,7 +14,8 @@ from analysis.protocol_facts import protocol_facts
 from analysis.recordings import StudyRecordings, load_recordings
 from analysis.tables.study_tables import StudyTables
 from study.errors import StudyError
-from synthetic_study import Plan, write_session
+from study.recording.client import Recorder
+from synthetic_study import Plan, tear, write_session
 
 
 def small(participant: str, index: int, **changes: object) -> Plan:
@@ -97,3 +98,21 @@ def test_analysis_needs_neither_window_nor_networks() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def test_unfinished_files_of_a_folder_are_read_unless_they_are_written(tmp_path: Path) -> None:
+    """A crashed participant is not forgotten; a session under way is named, and left alone."""
+    crashed = write_session(tmp_path, small("A", 0, trials=4, timesteps=60))
+    tear(crashed)
+    crashed.rename(crashed.with_name(f"{crashed.name}.part"))
+    running = Recorder.start(tmp_path, "session_09", {}, {"session_id": "s9"})
+    try:
+        found = load_recordings([tmp_path])
+    finally:
+        running.close()
+    (session,) = found.sessions
+    assert session.opened.participant == "A"
+    assert not session.complete
+    assert [(item.file, item.reason) for item in found.set_aside] == [
+        ("session_09.mcap.part", "it is still being written")
+    ]
