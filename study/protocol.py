@@ -17,10 +17,12 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from study.errors import ProtocolError
 from study.validation import NAME_PATTERN, nearest, validation_problems
 
-Allocation = Literal["manual", "assisted"]
-View = Literal["tiles", "operated_only"]
+Allocation = Literal["manual", "suggested", "assisted"]
+View = Literal["tiles", "operated_only", "enlarged"]
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]
-Occasion = Literal["before_reveal", "after_reveal"]
+Occasion = Literal["at_start", "before_reveal", "after_reveal", "at_end"]
+Failure = Literal["go_on", "end"]
+Paragraph = Annotated[str, Field(min_length=1, max_length=1200)]
 
 
 class _Part(BaseModel):
@@ -43,6 +45,9 @@ class TimingPart(_Part):
 
     timesteps_per_second: float = Field(
         gt=0, le=100, description="task steps a second (8-10 for people)"
+    )
+    countdown_seconds: int = Field(
+        default=0, ge=0, le=10, description="countdown before each trial, s; 0 for none"
     )
 
 
@@ -67,7 +72,16 @@ class MemberPart(_Part):
 class PracticePart(_Part):
     """Unscored driving before phase one."""
 
-    timesteps: int = Field(ge=0, le=100_000, description="length; 0 for none")
+    timesteps: int = Field(ge=0, le=100_000, description="longest length; 0 for none")
+    goals: int = Field(
+        default=0, ge=0, le=100, description="goals that end it at once; 0: it lasts its length"
+    )
+    attempts: int = Field(
+        default=1, ge=1, le=5, description="how often it is run while the goals are not reached"
+    )
+    on_failure: Failure = Field(
+        default="go_on", description="what happens if they never are; recorded as a deviation"
+    )
 
 
 class PhaseOnePart(_Part):
@@ -101,6 +115,12 @@ class PhaseThreePart(_Part):
     paired_starts: bool = Field(
         default=True, description="the same start states in each condition's k-th trial"
     )
+    practice_timesteps: int = Field(
+        default=0,
+        ge=0,
+        le=100_000,
+        description="unscored practice of its own interface that opens each block; 0 for none",
+    )
 
 
 class PhaseFourPart(_Part):
@@ -124,25 +144,120 @@ class Condition(_Part):
     robots: int = Field(ge=2, le=48, description="fleet size, n")
     scorer: str = Field(default="", description="which of [scorers] decides; empty for none")
     dwell: int = Field(
-        default=0, ge=0, le=10_000, description="timesteps between automatic switches"
+        default=0,
+        ge=0,
+        le=10_000,
+        description="timesteps between automatic switches; with suggested, for which a "
+        "suggestion stays (0 renews it at every timestep)",
     )
 
     @model_validator(mode="after")
     def _check(self) -> Condition:
         if self.allocation == "assisted" and (not self.scorer or not self.dwell):
             raise ValueError("an assisted condition needs a scorer and a dwell of at least 1")
+        if self.allocation == "suggested" and not self.scorer:
+            raise ValueError("a suggested condition needs a scorer")
         if self.allocation == "manual" and self.dwell:
             raise ValueError("a manual condition has no dwell; remove it")
-        if self.allocation == "manual" and self.view == "operated_only":
-            raise ValueError('a manual condition shows all robots: use view = "tiles"')
+        if self.allocation != "assisted" and self.view == "operated_only":
+            raise ValueError(
+                f'a {self.allocation} condition shows all robots: view = "tiles" or "enlarged"'
+            )
         return self
 
 
+class ConsentPart(_Part):
+    """What is agreed to before anything is recorded."""
+
+    title: str = Field(default="Before we start", min_length=1, max_length=80, description="title")
+    paragraphs: tuple[Paragraph, ...] = Field(
+        min_length=1, max_length=8, description="the text agreed to"
+    )
+
+    def text(self) -> str:
+        """Return the text as it is hashed: title and paragraphs, an empty line between."""
+        return "\n\n".join([self.title, *self.paragraphs])
+
+
+class ComprehensionQuestion(_Part):
+    """One question about the instructions."""
+
+    id: Name = Field(description="id in the data")
+    text: str = Field(min_length=1, max_length=200, description="the question")
+    options: tuple[Annotated[str, Field(min_length=1, max_length=80)], ...] = Field(
+        min_length=2, max_length=5, description="the answers offered"
+    )
+    correct: int = Field(ge=1, le=5, description="number of the right one, from 1")
+    explanation: str = Field(
+        min_length=1, max_length=400, description="what is explained again after a wrong answer"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> ComprehensionQuestion:
+        if self.correct > len(self.options):
+            raise ValueError(
+                f"correct: {self.correct} given; there are {len(self.options)} options"
+            )
+        return self
+
+
+class ComprehensionPart(_Part):
+    """Questions before phase one; what was answered wrong is explained again."""
+
+    questions: tuple[ComprehensionQuestion, ...] = Field(
+        min_length=1, max_length=6, description="the questions"
+    )
+    explanations: int = Field(
+        default=2, ge=0, le=2, description="how often it is explained and asked again"
+    )
+    on_failure: Failure = Field(
+        default="go_on", description="what happens after that; recorded as a deviation"
+    )
+
+
+class BreakPart(_Part):
+    """Rests with a timer: between blocks, and within long ones."""
+
+    seconds: int = Field(ge=1, le=3600, description="suggested length, s")
+    minimum_seconds: int = Field(default=0, ge=0, le=3600, description="shortest length, s")
+    every_trials: int = Field(
+        default=0, ge=0, le=1000, description="trials between breaks in a block; 0: none within"
+    )
+
+
+class SwitchingPart(_Part):
+    """How an automatic switch is announced, and what follows it."""
+
+    cue_seconds: float = Field(
+        default=0.0, ge=0, le=60, description="how long before it is announced, s; 0: the ring only"
+    )
+    landing_seconds: float = Field(
+        default=0.6, ge=0, le=10, description="how long the landing is marked, s"
+    )
+    grace_seconds: float = Field(
+        default=0.0, ge=0, le=10, description="demonstrations so soon after it are flagged, s"
+    )
+
+
+class DebriefPart(_Part):
+    """What is told at the end."""
+
+    title: str = Field(
+        default="What this was about", min_length=1, max_length=80, description="title"
+    )
+    paragraphs: tuple[Paragraph, ...] = Field(min_length=1, max_length=8, description="the text")
+
+
 class QuestionnaireUse(_Part):
-    """A questionnaire and when it is asked, after each block of phase three."""
+    """A questionnaire and when it is asked: around each block's reveal, or once."""
 
     name: str = Field(description="file stem under questionnaires/")
     when: tuple[Occasion, ...] = Field(min_length=1, description="occasions")
+
+
+NUMBER_ROW = 12
+"""Keys in the row above the letters: larger fleets are chosen from by typing numbers."""
+_CHECKED_LATER = ("robots", "accept")
 
 
 class KeyPart(_Part):
@@ -153,6 +268,7 @@ class KeyPart(_Part):
     left: str = Field(default="left", description="the action bound to left")
     right: str = Field(default="right", description="the action bound to right")
     next_robot: str = Field(default="tab", description="choose the next robot")
+    accept: str = Field(default="space", description="accept a suggestion")
     confirm: str = Field(default="return", description="go on, confirm")
     back: str = Field(default="backspace", description="go back")
     pause: str = Field(default="escape", description="pause")
@@ -164,7 +280,9 @@ class KeyPart(_Part):
 
     @model_validator(mode="after")
     def _distinct(self) -> KeyPart:
-        singles = [getattr(self, name) for name in type(self).model_fields if name != "robots"]
+        singles = [
+            getattr(self, name) for name in type(self).model_fields if name not in _CHECKED_LATER
+        ]
         keys = [*singles, *self.robots]
         twice = sorted({key for key in keys if keys.count(key) > 1})
         if twice:
@@ -222,6 +340,11 @@ class Protocol(_Part):
     conditions: tuple[Condition, ...] = Field(min_length=1)
     questionnaires: tuple[QuestionnaireUse, ...] = ()
     keys: KeyPart = KeyPart()
+    consent: ConsentPart | None = None
+    comprehension: ComprehensionPart | None = None
+    breaks: BreakPart | None = None
+    switching: SwitchingPart = SwitchingPart()
+    debrief: DebriefPart | None = None
     exclusions: tuple[Exclusion, ...] = ()
     trial_exclusions: tuple[TrialExclusion, ...] = ()
     analysis: AnalysisPart
@@ -256,12 +379,30 @@ class Protocol(_Part):
                     f"[scorers]; {nearest(condition.scorer, list(self.scorers))}"
                     f"there: {', '.join(self.scorers) or 'none'}"
                 )
+        yield from self._key_conflicts()
         largest = max([self.phase_two.robots, *(each.robots for each in self.conditions)])
-        if largest > len(self.keys.robots):
+        if len(self.keys.robots) < min(largest, NUMBER_ROW):
             yield (
                 f"keys.robots: {len(self.keys.robots)} keys given for a fleet of {largest}; "
                 "give one key a robot"
             )
+        elif largest > len(self.keys.robots):
+            # Numbers are typed then: see study.session.number_entry.
+            named = {name: getattr(self.keys, name) for name in ("up", "down", "left", "right")}
+            digits = [name for name, key in named.items() if key.isdecimal()]
+            if digits:
+                yield (
+                    f"keys.{digits[0]}: a digit given, but a fleet of {largest} is chosen from by "
+                    "typing numbers; bind another key"
+                )
+
+    def _key_conflicts(self) -> Iterator[str]:
+        """Only where something is suggested does the key that accepts have a meaning."""
+        suggests = any(each.allocation == "suggested" for each in self.conditions)
+        bound = self.keys.model_dump(exclude={"accept"})
+        others = [*bound.pop("robots"), *bound.values()]
+        if suggests and self.keys.accept in others:
+            yield f'keys.accept: "{self.keys.accept}" is bound twice; each key does one thing'
 
     def condition(self, name: str) -> Condition:
         """Return the condition of that name; the name must exist."""

@@ -67,8 +67,13 @@ def verify(path: Path, *, resimulate: bool = False) -> Verdict:
             f"{path.name} is a later part, and part 1 is not beside it",
             "Put all parts of the session into one folder.",
         )
+    try:
+        found = verify_recording(recording, resimulate=resimulate)
+    except RecordingError as error:
+        # What a damaged record said is refused by the session, which knows no file.
+        raise RecordingError(f"{path}: {error.message}", error.hint) from error
     verdict = dataclasses.replace(
-        verify_recording(recording, resimulate=resimulate),
+        found,
         parts=len(recording.parts),
         left_out_trials=recording.left_out_trials,
     )

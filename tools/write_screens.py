@@ -8,11 +8,12 @@ from pathlib import Path
 
 from PIL import Image
 
-from study.commands.picturing import draw_gallery
+from study.commands.picturing import Look, draw_gallery
 from study.loading import load_protocol
+from study.messages import SOURCE, messages_for
 
 IMAGES = Path(__file__).resolve().parents[1] / "docs" / "images"
-SIZE = (1280, 960)
+LOOK = Look((1280, 960), 1.0, messages_for(SOURCE))
 COLOURS = 128
 NAMES = {
     "page_welcome": "welcome",
@@ -43,7 +44,7 @@ NAMES = {
 def main() -> int:
     """Draw and reduce; fail if a screen of the docs was not drawn."""
     with tempfile.TemporaryDirectory() as folder:
-        pictures = draw_gallery(load_protocol("pilot"), Path(folder), SIZE)
+        pictures = draw_gallery(load_protocol("pilot"), Path(folder), [LOOK])
         drawn = {path.stem.partition("_")[2]: path for path in pictures}
         missing = sorted(set(NAMES) - set(drawn))
         if missing:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,10 +10,12 @@ from pathlib import Path
 import pygame
 
 from study.commands.composing import session_opened
+from study.commands.recorded_scorers import recorded_weights
 from study.commands.simulating import simulated_assignments
 from study.errors import StudyError
 from study.events.fields import Record
 from study.loading import LoadedProtocol
+from study.messages import Messages
 from study.screens import FleetScreen, PageScreen, PauseScreen, Screen, WaitScreen
 from study.seeding import stream_seed
 from study.session.session import Session
@@ -71,18 +74,32 @@ def _name(screen: Screen) -> str:
     return f"{kind}_{words[:60].strip('_')}{after}".strip("_")
 
 
-def draw_gallery(loaded: LoadedProtocol, folder: Path, size: tuple[int, int]) -> list[Path]:
-    """Run a simulated session and draw one screen of each kind.
+@dataclasses.dataclass(frozen=True, slots=True)
+class Look:
+    """How screens are drawn.
 
-    Args:
-        loaded: the protocol.
-        folder: where the PNG files go.
+    Attributes:
         size: width and height, px.
+        ui_scale: text so much larger than suits the size.
+        messages: the texts of a language.
+    """
+
+    size: tuple[int, int]
+    ui_scale: float
+    messages: Messages
+
+    @property
+    def name(self) -> str:
+        """Name of a folder for it."""
+        return f"{self.size[0]}x{self.size[1]}_{self.ui_scale:g}_{self.messages.locale}"
+
+
+def screens_of(loaded: LoadedProtocol) -> dict[str, tuple[Screen, int]]:
+    """Run a simulated session.
 
     Returns:
-        The pictures, in the order in which their screens came up.
+        One screen of each kind and when it was shown, ns, by name, in order of appearance.
     """
-    os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
     (assignment,) = simulated_assignments(loaded, 1, seed=1)
     clock = VirtualClock()
     album = _Album(clock)
@@ -91,7 +108,7 @@ def draw_gallery(loaded: LoadedProtocol, folder: Path, size: tuple[int, int]) ->
         Session(),
         _NoRecorder(),
         fleet,
-        InlineFitter(loaded.description),
+        InlineFitter(loaded.description, recorded_weights(loaded)),
         epoch_ns=0,
         waits_for_disk=False,
         on_show=album.keep,
@@ -99,9 +116,22 @@ def draw_gallery(loaded: LoadedProtocol, folder: Path, size: tuple[int, int]) ->
     operator = SimulatedOperator(draw_parameters(1, 0), stream_seed(assignment.seed, "operator"))
     conductor.feed(session_opened(loaded, assignment))
     run_virtual(conductor, operator, clock)
-    album.keep(PauseScreen(reason="Paused", confirm_stop=False))
+    album.keep(PauseScreen(reason="", confirm_stop=False))
     fleet.close()
-    pygame.font.init()
+    return album.kept
+
+
+def draw_screens(screens: dict[str, tuple[Screen, int]], folder: Path, look: Look) -> list[Path]:
+    """Draw screens from their values alone.
+
+    Args:
+        screens: and when they are shown, ns, by name.
+        folder: where the PNG files go.
+        look: how they are drawn.
+
+    Returns:
+        The pictures, in order.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -109,9 +139,30 @@ def draw_gallery(loaded: LoadedProtocol, folder: Path, size: tuple[int, int]) ->
             f"the folder {folder} cannot be made: {error.strerror}", "Choose another with -o."
         ) from error
     pictures = []
-    for number, (name, (screen, now_ns)) in enumerate(album.kept.items(), start=1):
-        surface = pygame.Surface(size)
-        Renderer(size).draw(surface, screen, now_ns)
+    for number, (name, (screen, now_ns)) in enumerate(screens.items(), start=1):
+        surface = pygame.Surface(look.size)
+        Renderer(look.size, look.ui_scale, look.messages).draw(surface, screen, now_ns)
         pictures.append(folder / f"{number:02d}_{name}.png")
         pygame.image.save(surface, str(pictures[-1]))
+    return pictures
+
+
+def draw_gallery(loaded: LoadedProtocol, folder: Path, looks: Sequence[Look]) -> list[Path]:
+    """Run a simulated session and draw one screen of each kind.
+
+    Args:
+        loaded: the protocol.
+        folder: where the PNG files go; with several looks, into a folder each.
+        looks: how they are drawn.
+
+    Returns:
+        The pictures, in the order in which their screens came up.
+    """
+    os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
+    screens = screens_of(loaded)
+    pygame.font.init()
+    pictures = []
+    for look in looks:
+        place = folder / look.name if len(looks) > 1 else folder
+        pictures += draw_screens(screens, place, look)
     return pictures

@@ -35,13 +35,22 @@ class SessionStarted(Record):
     stages: int = sfixed32(4, "number of stages planned")
 
 
+@record("event", "consent_given")
+class ConsentGiven(Record):
+    """The participant agreed, before anything was recorded."""
+
+    t_ns: int = fixed64(1, "time of the cause", unit="ns")
+    text_sha256: str = string(2, "SHA-256 of the text agreed to, hexadecimal")
+    given_utc: str = string(3, "wall time of agreeing, ISO 8601, UTC")
+
+
 @record("event", "stage_entered")
 class StageEntered(Record):
     """A stage began: a screen or a state of the interface."""
 
     t_ns: int = fixed64(1, "time of the cause", unit="ns")
     stage: int = sfixed32(2, "place in the sequence, from 0")
-    kind: str = string(3, '"pages", "trial", "fit", "survey", "reveal"')
+    kind: str = string(3, '"pages", "trial", "fit", "survey", "reveal", "break", "check"')
     name: str = string(4, 'which one: "instructions", "phase_three", ...')
     phase: int = sfixed32(5, "codes.Phase")
     block: int = sfixed32(6, "number of the block within its phase, from 1; 0 outside")
@@ -61,7 +70,7 @@ class TrialStarted(Record):
     robots: int = sfixed32(7, "number of robots, n")
     timesteps: int = sfixed32(8, "planned length", unit="timesteps")
     allocation: str = string(9, '"correction", "manual", "suggested", "assisted" or "none"')
-    view: str = string(10, '"tiles" or "operated_only"')
+    view: str = string(10, '"tiles", "operated_only" or "enlarged"')
     dwell: int = sfixed32(11, "timesteps between automatic switches; 0 if none", unit="timesteps")
     policy_id: str = string(12, 'which policy drives: "uniform_random" or a fit\'s artefact id')
     scorer_id: str = string(13, "which scorer is computed, or empty")
@@ -92,6 +101,16 @@ class Timestep(Record):
     )
 
 
+@record("event", "suggestion")
+class Suggestion(Record):
+    """What was suggested at a timestep: one row a timestep where the allocation suggests."""
+
+    t_ns: int = fixed64(1, "time of the cause", unit="ns")
+    trial_id: int = sfixed32(2, "which fleet run")
+    timestep: int = sfixed32(3, "number within the trial, from 0")
+    suggested: int = sfixed32(4, "index of the suggested robot, from 0; -1 if none")
+
+
 @record("event", "timestep_skipped")
 class TimestepSkipped(Record):
     """A timestep was due but the fleet had not yet answered the one before."""
@@ -112,6 +131,50 @@ class Switched(Record):
     to_robot: int = sfixed32(5, "index from 0; -1 if none")
     source: int = sfixed32(6, "codes.ChoiceSource")
     cause: str = string(7, '"number", "tab", "pointer", "accept", "dwell", "ended" or "start"')
+
+
+@record("event", "switch_announced")
+class SwitchAnnounced(Record):
+    """The screen began to announce that the scorer chooses anew."""
+
+    t_ns: int = fixed64(1, "time of the cause", unit="ns")
+    trial_id: int = sfixed32(2, "which fleet run")
+    timestep: int = sfixed32(3, "the timestep that follows")
+    seconds: float = double(4, "how long before the choice", unit="s")
+
+
+@record("event", "grace_demonstration")
+class GraceDemonstration(Record):
+    """A demonstration made so soon after an automatic switch that it may be a slip."""
+
+    t_ns: int = fixed64(1, "time of the cause", unit="ns")
+    trial_id: int = sfixed32(2, "which fleet run")
+    timestep: int = sfixed32(3, "at which timestep it was executed")
+    since_switch_ns: int = fixed64(4, "from the switch to the step's being due", unit="ns")
+
+
+@record("event", "practice_checked")
+class PracticeChecked(Record):
+    """A practice with a criterion is over."""
+
+    t_ns: int = fixed64(1, "time of the cause", unit="ns")
+    trial_id: int = sfixed32(2, "which fleet run")
+    attempt: int = sfixed32(3, "number of the attempt, from 1")
+    goals: int = sfixed32(4, "goals that the operated robot reached")
+    needed: int = sfixed32(5, "goals that the protocol asks for")
+    passed: bool = boolean(6, "whether that is enough")
+
+
+@record("event", "comprehension_checked")
+class ComprehensionChecked(Record):
+    """A comprehension check was answered in full."""
+
+    t_ns: int = fixed64(1, "time of the cause", unit="ns")
+    attempt: int = sfixed32(2, "number of the attempt, from 1")
+    correct: int = sfixed32(3, "right answers")
+    asked: int = sfixed32(4, "questions")
+    passed: bool = boolean(5, "whether all were right")
+    wrong: tuple[str, ...] = strings(6, "ids of the questions answered wrong")
 
 
 @record("event", "episode_ended")
@@ -181,11 +244,53 @@ class QuestionAnswered(Record):
     phase: int = sfixed32(5, "codes.Phase")
     block: int = sfixed32(6, "number of the block within its phase, from 1")
     condition: str = string(7, "name of the condition")
-    occasion: str = string(8, '"before_reveal" or "after_reveal"')
+    occasion: str = string(8, '"before_reveal", "after_reveal", "at_start", "at_end"')
     latency_ns: int = fixed64(
         9, "from the screen's entry to the last change of the answer", unit="ns"
     )
     changes: int = sfixed32(10, "how often the answer was changed before confirmation")
+
+
+@record("event", "answer_changed")
+class AnswerChanged(Record):
+    """An answer was given, or another in its place, before confirmation."""
+
+    t_ns: int = fixed64(1, "time of the cause", unit="ns")
+    questionnaire: str = string(2, "name of the questionnaire")
+    item: str = string(3, "id of the item")
+    value: int = sfixed32(4, "the answer; for text its length")
+    occasion: str = string(5, "when it was asked")
+    latency_ns: int = fixed64(6, "from the screen's entry", unit="ns")
+
+
+@record("event", "text_answered")
+class TextAnswered(Record):
+    """A free answer was confirmed."""
+
+    t_ns: int = fixed64(1, "time of confirmation", unit="ns")
+    questionnaire: str = string(2, "name of the questionnaire")
+    item: str = string(3, "id of the item")
+    text: str = string(4, "the answer; may be empty")
+    phase: int = sfixed32(5, "codes.Phase")
+    block: int = sfixed32(6, "number of the block within its phase, from 1")
+    condition: str = string(7, "name of the condition")
+    occasion: str = string(8, "when it was asked")
+    latency_ns: int = fixed64(9, "from the screen's entry to the last change", unit="ns")
+
+
+@record("event", "instrument_scored")
+class InstrumentScored(Record):
+    """The score of one scale of an instrument, by the rule in its file."""
+
+    t_ns: int = fixed64(1, "time of confirmation", unit="ns")
+    questionnaire: str = string(2, "name of the questionnaire")
+    version: int = sfixed32(3, "version of its wording and scoring")
+    scale: str = string(4, "name of the scale")
+    score: float = double(5, "the score")
+    phase: int = sfixed32(6, "codes.Phase")
+    block: int = sfixed32(7, "number of the block within its phase, from 1")
+    condition: str = string(8, "name of the condition")
+    occasion: str = string(9, "when it was asked")
 
 
 @record("event", "reward_revealed")
@@ -204,7 +309,7 @@ class Paused(Record):
     """The session stands still."""
 
     t_ns: int = fixed64(1, "time of the cause", unit="ns")
-    reason: str = string(2, '"operator", "focus lost" or "recording interrupted"')
+    reason: str = string(2, '"operator", "focus lost", "window resized", ...')
 
 
 @record("event", "resumed")
@@ -239,8 +344,17 @@ Event = (
     | StageEntered
     | TrialStarted
     | Timestep
+    | Suggestion
     | TimestepSkipped
     | Switched
+    | SwitchAnnounced
+    | GraceDemonstration
+    | PracticeChecked
+    | ComprehensionChecked
+    | ConsentGiven
+    | AnswerChanged
+    | TextAnswered
+    | InstrumentScored
     | EpisodeEnded
     | TrialEnded
     | FitRequested

@@ -30,12 +30,17 @@ class Knowledge:
         block_rewards: team rewards of the trials so far, by condition.
         next_trial_id: number of the next fleet run.
         next_request_id: number of the next request.
-        scale: largest magnitude seen on reveals, so that blocks share one.
+        practice_passed: whether the practice's criterion was met.
+        comprehension_wrong: ids of the questions answered wrong last; None before a check.
+        stop_reason: why the session ends when the stage is done; empty if it goes on.
     """
 
     timesteps: dict[tuple[int, str], list[Timestep]] = dataclasses.field(default_factory=dict)
     artefacts: set[str] = dataclasses.field(default_factory=set)
     block_rewards: dict[str, list[float]] = dataclasses.field(default_factory=dict)
+    practice_passed: bool = False
+    comprehension_wrong: tuple[str, ...] | None = None
+    stop_reason: str = ""
     next_trial_id: int = 0
     next_request_id: int = 1
 
@@ -64,6 +69,7 @@ class Context:
         seed: the session's seed.
         order: conditions of phase three in the order run.
         knowledge: what was learned so far.
+        rules: version of the session's rules; see `study.session.rules`.
     """
 
     protocol: Protocol
@@ -73,3 +79,4 @@ class Context:
     seed: int
     order: tuple[str, ...]
     knowledge: Knowledge
+    rules: int = 0

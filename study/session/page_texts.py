@@ -30,6 +30,8 @@ def pages(plan: PagesPlan, context: Context) -> tuple[Page, ...]:
         "practice": _practice,
         "phase_one": _phase_one,
         "phase_two": _phase_two,
+        "explanation": _explanation,
+        "debrief": _debrief,
         "thanks": _thanks,
     }
     if plan.name == "phase_three":
@@ -130,6 +132,20 @@ def _phase_three(context: Context, condition: Condition, plan: PagesPlan) -> tup
             figure="choose",
             robots=condition.robots,
         )
+    elif condition.allocation == "suggested":
+        page = Page(
+            header=header,
+            title=f"{condition.robots} robots: you choose, with a suggestion",
+            subtitle=f"{counted(trials, 'trial')}. One robot is suggested to you at a time.",
+            paragraphs=(
+                "A dashed orange frame marks the robot that seems to need you most. "
+                f"{key_word(context.protocol.keys.accept)} takes you there.",
+                "You need not follow it: choose any robot by its number, as before.",
+                "Your points are shown when the block is finished.",
+            ),
+            figure="choose",
+            robots=condition.robots,
+        )
     else:
         seconds = condition.dwell / context.protocol.timing.timesteps_per_second
         alone = condition.view == "operated_only"
@@ -153,6 +169,27 @@ def _phase_three(context: Context, condition: Condition, plan: PagesPlan) -> tup
     return (page,)
 
 
+def _explanation(context: Context) -> tuple[Page, ...]:
+    part, wrong = context.protocol.comprehension, context.knowledge.comprehension_wrong
+    if part is None or not wrong:
+        return ()
+    return (
+        Page(
+            header="Before we start",
+            title="Let us look at that again",
+            subtitle="Then the same questions once more.",
+            paragraphs=tuple(q.explanation for q in part.questions if q.id in wrong),
+        ),
+    )
+
+
+def _debrief(context: Context) -> tuple[Page, ...]:
+    part = context.protocol.debrief
+    if part is None:
+        return ()
+    return (Page(header="At the end", title=part.title, subtitle="", paragraphs=part.paragraphs),)
+
+
 def _thanks(context: Context) -> tuple[Page, ...]:  # noqa: ARG001 - writers are called alike
     return (
         Page(
@@ -165,7 +202,13 @@ def _thanks(context: Context) -> tuple[Page, ...]:  # noqa: ARG001 - writers are
 
 def key_word(key: str) -> str:
     """Return a key's name as printed on it."""
-    words = {"escape": "Esc", "return": "Enter", "tab": "Tab", "backspace": "Backspace"}
+    words = {
+        "escape": "Esc",
+        "return": "Enter",
+        "tab": "Tab",
+        "backspace": "Backspace",
+        "space": "Space",
+    }
     return words.get(key, key.capitalize())
 
 

@@ -23,8 +23,8 @@ class PagesStage(QuietStage):
         self._index = 0
 
     def enter(self, t_ns: int, out: Outbox) -> bool:  # noqa: ARG002 - stages are entered alike
-        """Show the first page."""
-        return False
+        """Show the first page; there may be nothing to explain."""
+        return not self._pages
 
     def handle(self, given: Input, out: Outbox) -> bool:
         """Turn pages."""

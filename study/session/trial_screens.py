@@ -9,13 +9,19 @@ from study.events.codes import Phase
 from study.events.inputs import FleetObserved
 from study.events.task_description import TaskDescription
 from study.protocol import Protocol
-from study.screens import FleetScreen, PageScreen, Screen, Tile, WaitScreen
-from study.session.allocation import AnyAllocation, AssistedAllocation, ManualAllocation
+from study.screens import CountdownScreen, FleetScreen, PageScreen, Screen, Tile, WaitScreen
+from study.session.allocation import (
+    AnyAllocation,
+    AssistedAllocation,
+    ManualAllocation,
+    SuggestedAllocation,
+)
 from study.session.context import Context
 from study.session.cues import Cues
 from study.session.fleet_run import FleetRun
 from study.session.page_texts import counted
 from study.session.plan import TrialPlan
+from study.session.switching import SwitchWatch
 
 _PARTS = {Phase.ONE: "Part 1 of 4", Phase.TWO: "Part 2 of 4", Phase.FOUR: "Part 4 of 4"}
 
@@ -23,6 +29,8 @@ _PARTS = {Phase.ONE: "Part 1 of 4", Phase.TWO: "Part 2 of 4", Phase.FOUR: "Part 
 def heading(plan: TrialPlan, context: Context) -> str:
     """Return the words at the top left: which part or block this is."""
     if plan.place.phase == Phase.PRACTICE:
+        if plan.place.block:
+            return f"Practice for block {plan.place.block} of {len(context.order)}"
         return "Practice"
     if plan.place.phase == Phase.THREE:
         return f"Part 3 of 4, block {plan.place.block} of {len(context.order)}"
@@ -41,11 +49,16 @@ def ready_screen(plan: TrialPlan, context: Context) -> PageScreen:
     what = "One robot" if one else f"{plan.robots} robots"
     seconds = plan.timesteps / context.protocol.timing.timesteps_per_second
     limit = "" if plan.ends_with_robot else f", {counted(round(seconds), 'second')}"
+    task = (
+        f" Bring it to its goal: {counted(plan.goals_needed, 'time')}." if plan.goals_needed else ""
+    )
+    if plan.attempt > 1:
+        title = "Practice once more"
     return PageScreen(
         header_left=heading(plan, context),
         header_right="",
         title=title,
-        subtitle=f"{what}{limit}. Begin when you are ready.",
+        subtitle=f"{what}{limit}.{task} Begin when you are ready.",
         paragraphs=(),
         figure="",
         scene=None,
@@ -73,12 +86,19 @@ class TrialScreens:
     """Builds the fleet screen of a running trial."""
 
     def __init__(
-        self, plan: TrialPlan, context: Context, run: FleetRun, allocation: AnyAllocation
+        self,
+        plan: TrialPlan,
+        context: Context,
+        run: FleetRun,
+        allocation: AnyAllocation,
+        watch: SwitchWatch,
     ) -> None:
         self._plan = plan
         self._context = context
         self._run = run
         self._allocation = allocation
+        self._watch = watch
+        self._countdown = 0
         self._description: TaskDescription = context.description
         self._cues = Cues(context.description, run.now.states)
         self._switched_ns = -1
@@ -86,9 +106,11 @@ class TrialScreens:
         self._timestep = 0
         self._heading = heading(plan, context)
         self._keys = _key_legend(plan, context.protocol)
-        chosen_by_key = plan.robots > 1 and plan.allocation == "manual"
+        chosen_by_key = plan.robots > 1 and plan.allocation in ("manual", "suggested")
         keys = context.protocol.keys.robots
-        self._robot_keys = keys[: plan.robots] if chosen_by_key else ()
+        # With more robots than keys, numbers are typed: they stand on the tiles.
+        one_each = chosen_by_key and plan.robots <= len(keys)
+        self._robot_keys = keys[: plan.robots] if one_each else ()
 
     def start(self, t_ns: int) -> None:
         """The trial begins to run."""
@@ -114,21 +136,26 @@ class TrialScreens:
         """Whether the picture changes enough: where nobody operates, at every tenth part."""
         return self._plan.allocation != "none" or timestep % max(1, self._plan.timesteps // 10) == 0
 
-    def update(self, t_ns: int, timestep: int) -> None:
-        """Set the time that the screen is for."""
-        self._t_ns, self._timestep = t_ns, timestep
+    def update(self, t_ns: int, timestep: int, countdown: int) -> None:
+        """Set the time that the screen is for, and the seconds until the trial runs."""
+        self._t_ns, self._timestep, self._countdown = t_ns, timestep, countdown
 
     def screen(self) -> Screen:
         """Return the screen as it is now."""
         plan = self._plan
         if plan.allocation == "none":
             return evaluation_screen(plan, self._timestep)
+        fleet = self._fleet_screen()
+        return CountdownScreen(self._countdown, fleet) if self._countdown else fleet
+
+    def _fleet_screen(self) -> FleetScreen:
+        plan = self._plan
         rate = self._context.protocol.timing.timesteps_per_second
         limit = self._description.horizon if plan.ends_with_robot else plan.timesteps
         allocation = self._allocation
         operated = allocation.operated
         states = self._run.now.states.tolist()
-        visible = range(plan.robots) if plan.view == "tiles" else [operated]
+        visible = [operated] if plan.view == "operated_only" else range(plan.robots)
         return FleetScreen(
             heading=self._heading,
             trial=plan.trial,
@@ -141,7 +168,7 @@ class TrialScreens:
             operated=operated,
             allocation=plan.allocation,
             view=plan.view,
-            suggested=-1,
+            suggested=allocation.suggested if isinstance(allocation, SuggestedAllocation) else -1,
             dwell_left=allocation.dwell_left()
             if isinstance(allocation, AssistedAllocation)
             else -1.0,
@@ -153,6 +180,10 @@ class TrialScreens:
             message=self._message(),
             robot_keys=self._robot_keys,
             unit=unit(plan),
+            switch_seconds_left=self._watch.seconds_left(allocation)
+            if self._context.protocol.switching.cue_seconds > 0
+            else -1.0,
+            landing_seconds=self._context.protocol.switching.landing_seconds,
         )
 
     def _message(self) -> str:
@@ -184,7 +215,10 @@ def _key_legend(plan: TrialPlan, protocol: Protocol) -> tuple[tuple[str, str], .
     """Return (key, word) pairs in the order of the header."""
     keys = protocol.keys
     legend = [(f"{keys.left} {keys.up} {keys.down} {keys.right}", "drive")]
-    if plan.robots > 1 and plan.allocation == "manual":
+    if plan.robots > 1 and plan.allocation == "suggested":
+        legend.append((keys.accept, "accept"))
+    if plan.robots > 1 and plan.allocation in ("manual", "suggested"):
         chosen = keys.robots[: plan.robots]
-        legend += [(f"{chosen[0]} … {chosen[-1]}", "choose"), (keys.next_robot, "next")]
+        last = chosen[-1] if plan.robots <= len(keys.robots) else str(plan.robots)
+        legend += [(f"{chosen[0]} … {last}", "choose"), (keys.next_robot, "next")]
     return (*legend, (keys.pause, "pause"))

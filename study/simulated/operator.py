@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import Protocol
 
 from study.screens import (
+    BreakScreen,
+    CountdownScreen,
     EndScreen,
     FleetScreen,
     PageScreen,
@@ -83,7 +85,7 @@ class SimulatedOperator:
             self._ready_ns = now_ns + round(self._reading_s(screen) * 1e9)
             if isinstance(screen, RevealScreen):
                 self._experience.see_reveal(screen)
-        if now_ns < self._ready_ns or isinstance(screen, WaitScreen):
+        if now_ns < self._ready_ns or isinstance(screen, WaitScreen | CountdownScreen):
             return ()
         # Should a key do nothing, it is pressed again after a while: there is no dead end.
         self._ready_ns = now_ns + round(_GLIMPSE_S * 1e9)
@@ -97,8 +99,17 @@ class SimulatedOperator:
             return tap("return")
         if screen.focus >= len(screen.items) or screen.items[screen.focus].value is not None:
             return tap("tab")
-        answer = self._rater.answer(screen.items[screen.focus], self._experience)
-        return tap(str(min(answer, _HIGHEST_DIGIT)))
+        item = screen.items[screen.focus]
+        if item.kind == "number":
+            # An age, most often; two digits that any such question takes.
+            return (*tap("3"), *tap("0"))
+        if item.kind == "choice":
+            return tap("1")
+        answer = self._rater.answer(item, self._experience)
+        if item.high > _HIGHEST_DIGIT:
+            # A digit stands for tens; the focus stays for the arrows.
+            return (*tap(str(min(answer // 10, _HIGHEST_DIGIT))), *tap("tab"))
+        return tap(str(answer))
 
     def _reading_s(self, screen: Screen) -> float:
         parameters = self.parameters
@@ -106,6 +117,8 @@ class SimulatedOperator:
             text = " ".join((screen.title, screen.subtitle, *screen.paragraphs))
             seconds = len(text.split()) / parameters.words_per_second
             return max(parameters.page_minimum_s, seconds)
+        if isinstance(screen, BreakScreen):
+            return float(screen.wait_seconds)
         if isinstance(screen, SurveyScreen):
             open_items = [item for item in screen.items if item.value is None]
             words = len(open_items[0].text.split()) if open_items else 0
@@ -120,9 +133,11 @@ def _place_of(screen: Screen) -> tuple[object, ...]:
             return ("page", screen.header_left, screen.header_right, screen.title)
         case SurveyScreen():
             answers = tuple((item.item, item.value) for item in screen.items)
-            return ("survey", screen.header_left, screen.focus, answers)
+            return ("survey", screen.header_left, screen.title, screen.focus, answers)
         case RevealScreen():
             return ("reveal", screen.header_left, screen.block)
+        case BreakScreen():
+            return ("break", screen.seconds_total)
         case PauseScreen():
             return ("pause", screen.confirm_stop)
         case WaitScreen() | EndScreen():

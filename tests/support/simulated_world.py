@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from study.events.codes import Outcome
-from study.screens import Cue, FleetScreen, Tile
+from study.screens import Cue, FleetScreen, Tile, View
 from study.seeding import stream_seed
 from study.simulated.keys import KeyStroke
 from study.simulated.operator import Operator
@@ -82,7 +82,7 @@ class World:
         *,
         seed: int = 0,
         dwell: int = 15,
-        view: str = "tiles",
+        view: View = "tiles",
         places: npt.NDArray[np.float32] | None = None,
     ) -> None:
         self.task = create(robots, {})

@@ -24,6 +24,7 @@ from study.screens import (
     SurveyItem,
     SurveyScreen,
     Tile,
+    View,
     WaitScreen,
 )
 from study.simulated.keys import KeyStroke, number_key
@@ -41,7 +42,7 @@ def run(
     timesteps: int = 240,
     seed: int = 0,
     robots: int = 12,
-    view: str = "tiles",
+    view: View = "tiles",
 ) -> list[Row]:
     """Run a fleet of randomly acting robots under one operator."""
     world = World(robots, allocation, random_policy(seed), seed=seed, view=view)
