@@ -191,7 +191,7 @@ class SurveyItem:
     Attributes:
         item: its id, for example "q1".
         text: the sentence.
-        low, high: the scale's ends.
+        low, high: smallest and largest answer; of a text its length in characters.
         labels: (value, words) pairs.
         value: the answer, or None; of a choice the number of the option, from 1.
         kind: "scale", "choice", "number" or "text".
@@ -235,6 +235,11 @@ class SurveyScreen:
     complete: bool
     reminder: str
     first: int = 1
+
+    @property
+    def takes_text(self) -> bool:
+        """Whether the question in focus is answered by typing words."""
+        return self.focus < len(self.items) and self.items[self.focus].kind == "text"
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from study.questionnaire import LONGEST_TEXT, Item, Questionnaire
-
-_LONGEST_NUMBER = 6
+from study.questionnaire import LONGEST_TEXT, Questionnaire
 
 
 class Answers:
@@ -93,10 +91,11 @@ class Answers:
         return True
 
     def _type_number(self, place: int, text: str, t_ns: int) -> bool:
-        if len(text) > _LONGEST_NUMBER or text == self._typed[place]:
+        value = int(text) if text else -1
+        if text == self._typed[place] or value > self._items[place].most:
+            # A digit too many is not taken in: no number would come of any that follow.
             return False
         self._typed[place] = text
-        value = int(text) if text else -1
         return self._put(place, value if self._takes(place, value) else None, t_ns)
 
     def _takes(self, place: int, value: int) -> bool:
@@ -109,8 +108,3 @@ class Answers:
         self.changes[place] += 1
         self.changed_ns[place] = t_ns
         return True
-
-
-def is_typed(item: Item) -> bool:
-    """Whether an item is answered by typing."""
-    return item.kind in ("number", "text")

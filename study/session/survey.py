@@ -5,7 +5,7 @@ from __future__ import annotations
 from study.events.codes import Phase
 from study.events.events import AnswerChanged, InstrumentScored, QuestionAnswered, TextAnswered
 from study.events.inputs import Input, KeyChanged, PointerPressed, TextTyped
-from study.questionnaire import Questionnaire
+from study.questionnaire import LONGEST_TEXT, Questionnaire
 from study.screens import Screen, SurveyItem, SurveyScreen
 from study.session.answers import Answers
 from study.session.context import Context, Outbox
@@ -247,11 +247,17 @@ class Form(QuietStage):
 
     def _item(self, place: int) -> SurveyItem:
         form, item = self._questionnaire, self._questionnaire.items[place]
+        low, high = {
+            "scale": (form.low, form.high),
+            "choice": (1, len(item.options)),
+            "number": (item.least, item.most),
+            "text": (0, LONGEST_TEXT),
+        }[item.kind]
         return SurveyItem(
             item=item.id,
             text=item.text,
-            low=form.low if item.kind == "scale" else 1,
-            high=form.high if item.kind == "scale" else max(1, len(item.options)),
+            low=low,
+            high=high,
             labels=form.value_labels(item) if item.kind == "scale" else (),
             value=self._answers.value(place),
             kind=item.kind,

@@ -169,7 +169,7 @@ class Window:
     def show(self, screen: Screen) -> None:
         """Show a screen from the next picture on."""
         self._screen = screen
-        takes_text = _takes_text(screen)
+        takes_text = isinstance(screen, SurveyScreen) and screen.takes_text
         if takes_text and not self._text_input:
             pygame.key.start_text_input()
         elif self._text_input and not takes_text:
@@ -245,12 +245,3 @@ class Window:
             self.size = self._surface.get_size()
             self._renderer = Renderer(self.size, self._ui_factor)
         return RawWindow(change, *size, now, gap)
-
-
-def _takes_text(screen: Screen) -> bool:
-    """Whether the question in focus is answered by typing words."""
-    return (
-        isinstance(screen, SurveyScreen)
-        and screen.focus < len(screen.items)
-        and screen.items[screen.focus].kind == "text"
-    )

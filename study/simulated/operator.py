@@ -24,6 +24,9 @@ from study.simulated.ratings import Experience, Rater
 
 _GLIMPSE_S = 1.0
 _HIGHEST_DIGIT = 9
+_REMARK = "fine"
+_USUAL_NUMBER = 30
+"""What is asked for is most often an age."""
 
 
 class Operator(Protocol):
@@ -101,10 +104,11 @@ class SimulatedOperator:
             return tap("tab")
         item = screen.items[screen.focus]
         if item.kind == "number":
-            # An age, most often; two digits that any such question takes.
-            return (*tap("3"), *tap("0"))
+            return _typed(str(min(item.high, max(item.low, _USUAL_NUMBER))), item.typed)
         if item.kind == "choice":
             return tap("1")
+        if item.kind == "text":
+            return _typed(_REMARK, item.typed)
         answer = self._rater.answer(item, self._experience)
         if item.high > _HIGHEST_DIGIT:
             # A digit stands for tens; the focus stays for the arrows.
@@ -124,6 +128,12 @@ class SimulatedOperator:
             words = len(open_items[0].text.split()) if open_items else 0
             return words / parameters.words_per_second + parameters.answer_delay_s
         return parameters.page_minimum_s
+
+
+def _typed(text: str, before: str) -> tuple[KeyStroke, ...]:
+    """Return the strokes that type a text in place of the one before."""
+    keys = ["backspace"] * len(before) + list(text)
+    return tuple(stroke for key in keys for stroke in tap(key))
 
 
 def _place_of(screen: Screen) -> tuple[object, ...]:

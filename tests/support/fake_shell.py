@@ -268,6 +268,9 @@ class FakeShell:
             self.key("tab")
         elif item.kind == "text":
             self.feed(TextTyped(self.later(1_000_000), "fine"))
+        elif item.kind == "number":
+            for key in ["backspace"] * len(item.typed) + list(str(item.low)):
+                self.key(key)
         else:
             # One of the first two is there in any choice.
             self.key(str(1 + int(self._random.integers(2 if item.kind == "choice" else 7))))

@@ -13,8 +13,15 @@ MOST_NUMBERED = 11
 
 
 def values(item: SurveyItem) -> range:
-    """Return the answers that stand side by side, from the lowest."""
+    """Return the answers that stand side by side, from the lowest; what is typed is one."""
+    if is_typed(item):
+        return range(1)
     return range(item.low, item.high + 1, item.step)
+
+
+def is_typed(item: SurveyItem) -> bool:
+    """Whether an item is answered by typing."""
+    return item.kind in ("number", "text")
 
 
 def is_plain(item: SurveyItem) -> bool:
@@ -26,7 +33,7 @@ def box_width(item: SurveyItem, pitch: float, usual: int) -> int:
     """Return the width of one answer, pixels, where answers are ``pitch`` apart."""
     if item.kind == "choice":
         return round(pitch * 0.94)
-    if item.kind in ("number", "text"):
+    if is_typed(item):
         return round(pitch)
     return min(usual, round(pitch * 0.74)) if is_plain(item) else max(3, round(pitch))
 
@@ -50,9 +57,9 @@ def status(canvas: Canvas, item: SurveyItem, *, focused: bool) -> str:
         return canvas.say("You can still change it.")
     if item.kind == "choice" and focused:
         return canvas.say("Press a number from {low} to {high}.", low=1, high=len(item.options))
+    if item.kind == "number" and item.value is None:
+        return canvas.say("Type a number from {low} to {high}.", low=item.low, high=item.high)
     if item.kind == "number":
-        if item.value is None:
-            return canvas.say("Type a number.")
         return canvas.say("You can still change it.")
     if item.kind == "text":
         return canvas.say("Type your answer. Backspace deletes.")

@@ -92,6 +92,8 @@ def targets(canvas: Canvas, screen: SurveyScreen) -> list[tuple[str, pygame.Rect
     found: list[tuple[str, pygame.Rect]] = []
     for item, place in zip(screen.items, card_places(canvas, screen), strict=True):
         found.append((f"focus:{item.item}", place.card))
+        if answers.is_typed(item):
+            continue
         found += [
             (f"answer:{item.item}:{value}", box)
             for value, box in zip(answers.values(item), place.boxes, strict=True)
@@ -233,7 +235,7 @@ def _draw_footer(canvas: Canvas, screen: SurveyScreen, margin: int) -> None:
         (f"{first.low}–{min(first.high, 9)}", canvas.say("answer")),
         ("← →", canvas.say("move")),
     ]
-    if first.kind in ("number", "text"):
+    if answers.is_typed(first):
         hints = []
     if len(screen.items) > 1:
         hints.append(("Tab", canvas.say("next question")))
