@@ -232,7 +232,7 @@ class SwitchingPart(_Part):
         default=0.0, ge=0, le=60, description="how long before it is announced, s; 0: the ring only"
     )
     landing_seconds: float = Field(
-        default=0.6, ge=0, le=10, description="how long the landing is marked, s"
+        default=1.2, ge=0, le=10, description="how long the landing is marked, s"
     )
     grace_seconds: float = Field(
         default=0.0, ge=0, le=10, description="demonstrations so soon after it are flagged, s"

@@ -104,7 +104,7 @@ class FleetScreen:
     unit: str = "Trial"
     robot_keys: tuple[str, ...] = ()
     switch_seconds_left: float = -1.0
-    landing_seconds: float = 0.6
+    landing_seconds: float = 1.2
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -18,6 +18,7 @@ from study.loading import LoadedProtocol
 from study.messages import Messages
 from study.screens import FleetScreen, PageScreen, PauseScreen, Screen, WaitScreen
 from study.seeding import stream_seed
+from study.session.consent import Consent
 from study.session.session import Session
 from study.shell.conductor import Conductor
 from study.shell.drawing.renderer import Renderer
@@ -103,6 +104,9 @@ def screens_of(loaded: LoadedProtocol) -> dict[str, tuple[Screen, int]]:
     (assignment,) = simulated_assignments(loaded, 1, seed=1)
     clock = VirtualClock()
     album = _Album(clock)
+    if loaded.protocol.consent:
+        # Simulated participants are not asked.
+        album.keep(Consent(loaded.protocol).screen())
     fleet = open_fleet(loaded.protocol.task.name, loaded.protocol.task.parameters)
     conductor = Conductor(
         Session(),
@@ -116,7 +120,11 @@ def screens_of(loaded: LoadedProtocol) -> dict[str, tuple[Screen, int]]:
     operator = SimulatedOperator(draw_parameters(1, 0), stream_seed(assignment.seed, "operator"))
     conductor.feed(session_opened(loaded, assignment))
     run_virtual(conductor, operator, clock)
-    album.keep(PauseScreen(reason="", confirm_stop=False))
+    album.keep(PauseScreen(reason="", confirm_stop=False, can_erase=True))
+    for question in ("confirm_stop", "confirm_erase"):
+        asked = PauseScreen(reason="", confirm_stop=question == "confirm_stop", can_erase=True,
+                            confirm_erase=question == "confirm_erase")  # fmt: skip
+        album.kept[f"pause_{question}"] = (asked, clock.now_ns)
     fleet.close()
     return album.kept
 

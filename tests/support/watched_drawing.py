@@ -36,11 +36,11 @@ def in_pseudo(value: Any) -> Any:
         given = getattr(value, field.name)
         if field.name in WORDS:
             changed[field.name] = pseudo(given) if given else ""
-        elif field.name == "paragraphs":
+        elif field.name in ("paragraphs", "options"):
             changed[field.name] = tuple(pseudo(text) for text in given)
         elif field.name in LISTS:
             changed[field.name] = tuple((first, pseudo(words)) for first, words in given)
-        elif field.name == "items":
+        elif field.name in ("items", "fleet"):
             changed[field.name] = in_pseudo(given)
     return dataclasses.replace(value, **changed)  # type: ignore[type-var]
 

@@ -14,7 +14,7 @@ from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.grid import TilePlace, place_enlarged, place_tiles
 from study.shell.drawing.motion import Motion
 from study.shell.drawing.plate import PlateLook
-from study.shell.drawing.tile import LABEL_SECONDS, TileView, body_key, draw_tile, look_key
+from study.shell.drawing.tile import TileView, body_key, draw_tile, look_key
 
 MESSAGE_HEIGHT = 36
 NOBODY = noted("You are not driving a robot at the moment.")
@@ -83,6 +83,14 @@ def targets(canvas: Canvas, screen: FleetScreen) -> list[tuple[str, pygame.Rect]
         (f"robot:{tile.robot}", place.body)
         for tile, place in zip(screen.tiles, tile_places(canvas, screen), strict=True)
     ]
+
+
+def clear_place(canvas: Canvas, screen: FleetScreen) -> tuple[int, int]:
+    """Return where something may lie over a fleet without hiding the operated robot's state."""
+    large = layout(canvas, screen).large
+    if large is None:
+        return canvas.size[0] // 2, canvas.size[1] // 2
+    return large.body.centerx, large.body.top + large.body.height // 4
 
 
 class FleetPainter:
@@ -187,15 +195,21 @@ class FleetPainter:
             has_dwell=dwell_left >= 0,
             note=_note(canvas.messages, screen) if place.single else "",
             key=_own_key(screen, tile.robot),
+            announced=driven and screen.switch_seconds_left >= 0,
         )
         return TileView(
             place=place,
             tile=tile,
             look=look,
             pose=self._motion.pose(screen, tile, now_ns),
-            since_switch=since if driven and since <= LABEL_SECONDS else -1.0,
+            landing=_landing(screen, since) if driven else -1.0,
             dwell_left=dwell_left,
         )
+
+
+def _landing(screen: FleetScreen, since: float) -> float:
+    """Return the share of the landing's time that has passed ``since`` s after it; -1 after it."""
+    return since / screen.landing_seconds if 0 <= since < screen.landing_seconds else -1.0
 
 
 def _message(messages: Messages, screen: FleetScreen, since: float, *, enlarged: bool) -> str:
@@ -203,7 +217,7 @@ def _message(messages: Messages, screen: FleetScreen, since: float, *, enlarged:
     if screen.message:
         return screen.message
     tiled = screen.view == "tiles" and screen.robots > 1 and not enlarged
-    if tiled and screen.allocation == "assisted" and 0 <= since <= LABEL_SECONDS:
+    if tiled and screen.allocation == "assisted" and _landing(screen, since) >= 0:
         return messages.say(SWITCHED, number=screen.operated + 1)
     return ""
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import pygame
 
+from study.messages import noted
 from study.shell.drawing import chrome, marks, palette
 from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.grid import TilePlace
 
 FRAME = 6
 """Design pixels."""
+SOON = noted("switch soon")
 
 
 def frame_rect(canvas: Canvas, place: TilePlace) -> pygame.Rect:
@@ -20,8 +22,11 @@ def frame_rect(canvas: Canvas, place: TilePlace) -> pygame.Rect:
     return pygame.Rect(body.left - edge, top, body.width + 2 * edge, body.bottom + edge - top)
 
 
-def driven_frame(canvas: Canvas, place: TilePlace, robot: int) -> None:
-    """Draw the blue frame of a driven robot (index from 0), with its bar if it has one."""
+def driven_frame(canvas: Canvas, place: TilePlace, robot: int, *, announced: bool = False) -> None:
+    """Draw the blue frame of a driven robot (index from 0), with its bar if it has one.
+
+    Where a switch is announced, the bar says so in place of the arrows.
+    """
     frame = frame_rect(canvas, place)
     body = place.body
     canvas.box(frame, canvas.u(6), palette.BLUE)
@@ -37,9 +42,14 @@ def driven_frame(canvas: Canvas, place: TilePlace, robot: int) -> None:
     arrow = canvas.u(20 if place.single else 16)
     right = body.right - canvas.u(20 if place.single else 12)
     arrows = arrow * (1 + 3 * 1.38)
+    soon = canvas.say(SOON)
     room = right - left - canvas.u(8)
     written = canvas.write(title, left, middle, size, weight="bold", colour=palette.CARD,
                            width=room)  # fmt: skip
+    if announced and canvas.fits(soon, size, room - written.width - canvas.u(16)):
+        canvas.write(soon, right, middle, size, weight="semibold", colour=palette.CARD,
+                     align="right", width=room - written.width - canvas.u(16))  # fmt: skip
+        return
     if room - written.width < arrows:
         return
     for number, direction in enumerate(("right", "down", "up", "left")):

@@ -27,6 +27,7 @@ class PlateLook:
         has_dwell: a ring shows here how much of the dwell is left.
         note: a sentence in the plate of a large tile, or empty.
         key: name of the key that chooses the robot where it is not its number, or empty.
+        announced: another robot may be switched to in a moment.
     """
 
     driven: bool
@@ -35,6 +36,7 @@ class PlateLook:
     has_dwell: bool
     note: str
     key: str = ""
+    announced: bool = False
 
 
 def plate_colour(place: TilePlace, tile: Tile, look: PlateLook) -> Colour:

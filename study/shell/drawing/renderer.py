@@ -113,7 +113,7 @@ class Renderer:
                 return self._painter.draw(canvas, screen, now_ns, onto=onto)
             case CountdownScreen():
                 self._painter.draw(canvas, screen.fleet, now_ns, onto=False)
-                waiting.draw_countdown(canvas, screen)
+                waiting.draw_countdown(canvas, screen, fleet.clear_place(canvas, screen.fleet))
             case BreakScreen():
                 waiting.draw_break(canvas, screen)
             case ConsentScreen():

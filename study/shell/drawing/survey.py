@@ -14,6 +14,8 @@ from study.shell.drawing.canvas import Canvas
 
 CONTENT_WIDTH = 1040
 CARD_HEIGHT = 280
+SMALLEST_CARD = 160
+"""Design pixels of height under which the lines of a question touch one another."""
 ACTION = noted("to confirm")
 
 
@@ -114,7 +116,10 @@ def draw(canvas: Canvas, screen: SurveyScreen) -> None:
                  width=width)  # fmt: skip
     canvas.write(screen.prompt, margin, top + u(101 if tall else 82), u(22),
                  colour=palette.SECONDARY, width=width)  # fmt: skip
-    for number, place in enumerate(card_places(canvas, screen)):
+    places = card_places(canvas, screen)
+    if places and places[0].card.height < u(SMALLEST_CARD):
+        canvas.no_room("the questions")
+    for number, place in enumerate(places):
         focused = number == screen.focus
         _draw_card(canvas, screen.items[number], place, screen.first + number, focused=focused)
         reminder = screen.reminder if focused else ""
@@ -239,8 +244,9 @@ def _draw_footer(canvas: Canvas, screen: SurveyScreen, margin: int) -> None:
         hints = []
     if len(screen.items) > 1:
         hints.append(("Tab", canvas.say("next question")))
+    tail = canvas.say("or use the mouse") if hints else ""
     right = _button(canvas).left - u(24)
-    chrome.draw_hints(canvas, hints, canvas.say("or use the mouse"), margin, right, footer.centery)
+    chrome.draw_hints(canvas, hints, tail, margin, right, footer.centery)
     focus = screen.focus >= len(screen.items)
     chrome.draw_button(
         canvas, _button(canvas), canvas.say(ACTION), ready=screen.complete, focus=focus

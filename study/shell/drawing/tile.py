@@ -19,8 +19,8 @@ from study.shell.drawing.robots import DRIVEN_SCALE, HALO, draw_robot, heading_s
 TRAIL_DISTANCES = (2.5, 3.6, 4.7)
 """Distances of the trail's dots behind a robot, in radii of its body."""
 TRAIL_SIZES = (0.26, 0.2, 0.13)
-LANDING_SECONDS = 0.4
-LABEL_SECONDS = 1.2
+CLOSING = 1 / 3
+"""Share of the landing in which its rings close."""
 FARTHEST = 6.6
 """Radii that marks and rings reach at most from a robot's middle."""
 RING_STEPS = 120
@@ -35,7 +35,7 @@ class TileView:
         tile: the robot's state.
         look: what stands still in it.
         pose: where its robot is drawn.
-        since_switch: seconds since control came to this robot; -1 if long ago.
+        landing: share that has passed of marking that control came here, 0 to 1; -1 for none.
         dwell_left: share of the dwell left to be shown here; -1 for none.
         ground: colour around the tile.
     """
@@ -44,7 +44,7 @@ class TileView:
     tile: Tile
     look: PlateLook
     pose: Pose
-    since_switch: float = -1.0
+    landing: float = -1.0
     dwell_left: float = -1.0
     ground: Colour = palette.PAGE
 
@@ -64,7 +64,7 @@ def body_key(scene: Scene, shown: TileView) -> object:
     ring = round(shown.dwell_left * RING_STEPS) if shown.dwell_left >= 0 else -1
     return (
         _pixel(*view.point(shown.pose.x, shown.pose.y)), _trail(view, shown),
-        heading_step(shown.pose.heading), ring, shown.since_switch,
+        heading_step(shown.pose.heading), ring, shown.landing,
     )  # fmt: skip
 
 
@@ -107,7 +107,7 @@ def draw_tile(canvas: Canvas, scene: Scene, shown: TileView) -> None:
         canvas.surface.blit(still, covered)
     if shown.dwell_left >= 0:
         plate.draw_dwell(canvas, place, tile.robot, shown.dwell_left)
-    if look.driven and place.single and 0 <= shown.since_switch < LABEL_SECONDS:
+    if look.driven and place.single and shown.landing >= 0:
         with canvas.moving():
             _landing_label(canvas, view, shown)
 
@@ -117,7 +117,7 @@ def _draw_still(canvas: Canvas, scene: Scene, shown: TileView) -> None:
     place, tile, look = shown.place, shown.tile, shown.look
     canvas.surface.fill(shown.ground, frames.frame_rect(canvas, place))
     if look.driven:
-        frames.driven_frame(canvas, place, tile.robot)
+        frames.driven_frame(canvas, place, tile.robot, announced=look.announced)
     elif look.suggested:
         frames.suggested_frame(canvas, place, tile.robot, look.accept_key)
     tint = plate.plate_colour(place, tile, look)
@@ -145,9 +145,8 @@ def _draw_body(canvas: Canvas, view: maps.MapView, shown: TileView) -> None:
             canvas, x, y, radius * 2.2, max(1.5, radius * 0.16), palette.INK, fill=palette.CARD
         )
     draw_robot(canvas, x, y, radius, pose.heading, driven=look.driven, label=str(tile.robot + 1))
-    if look.driven and 0 <= shown.since_switch < LANDING_SECONDS:
-        share = shown.since_switch / LANDING_SECONDS
-        _landing_rings(canvas, x, y, radius * DRIVEN_SCALE, share)
+    if look.driven and 0 <= shown.landing < CLOSING:
+        _landing_rings(canvas, x, y, radius * DRIVEN_SCALE, shown.landing / CLOSING)
 
 
 def _reached_goal(canvas: Canvas, view: maps.MapView) -> None:

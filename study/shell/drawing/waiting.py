@@ -11,15 +11,19 @@ from study.shell.drawing import chrome, palette
 from study.shell.drawing.canvas import Canvas
 
 DISC = 96
+LARGEST_DISC = 0.12
+"""Radius of the countdown's disc, as a share of the window's height."""
+REST_TOP, REST_BOTTOM = 230, 190
+"""What the break's words and ring take above and below the middle, design pixels."""
 
 
-def draw_countdown(canvas: Canvas, screen: CountdownScreen) -> None:
-    """Draw the seconds left over the fleet, which is drawn already."""
-    u = canvas.u
-    place = pygame.Rect(0, 0, u(2 * DISC), u(2 * DISC))
-    place.center = (canvas.size[0] // 2, canvas.size[1] // 2)
-    # It lies over the tiles, whose texts it may cover.
-    with canvas.moving():
+def draw_countdown(canvas: Canvas, screen: CountdownScreen, middle: tuple[int, int]) -> None:
+    """Draw the seconds left over the fleet, which is drawn already, around a point in pixels."""
+    # It lies over the tiles, whose texts it may cover, so it stays small at large scales.
+    scale = min(canvas.scale, LARGEST_DISC * canvas.size[1] / DISC)
+    with canvas.at(scale), canvas.moving():
+        place = pygame.Rect(0, 0, canvas.u(2 * DISC), canvas.u(2 * DISC))
+        place.center = middle
         _draw_disc(canvas, screen, place)
 
 
@@ -55,6 +59,10 @@ def draw_break(canvas: Canvas, screen: BreakScreen) -> None:
     chrome.draw_header(canvas, canvas.say("Break"), "")
     x = canvas.size[0] // 2
     middle = (chrome.header_height(canvas) + chrome.footer_rect(canvas).top) // 2
+    if middle - u(REST_TOP) < chrome.header_height(canvas) or (
+        middle + u(REST_BOTTOM) > chrome.footer_rect(canvas).top
+    ):
+        canvas.no_room("the break")
     canvas.write(
         canvas.say("Take a break"), x, middle - u(190), u(44), weight="bold", align="centre"
     )
