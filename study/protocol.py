@@ -15,6 +15,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from study.errors import ProtocolError
+from study.messages import SOURCE
 from study.validation import NAME_PATTERN, nearest, validation_problems
 
 Allocation = Literal["manual", "suggested", "assisted"]
@@ -37,6 +38,9 @@ class StudyPart(_Part):
     name: Name = Field(description="short name; names files")
     title: str = Field(min_length=1, max_length=120, description="title of the report")
     description: str = Field(default="", max_length=2000, description="one paragraph")
+    language: str = Field(
+        default=SOURCE, description="language of what participants read in the window"
+    )
     planned_participants: int = Field(ge=1, le=10_000, description="planned participants")
 
 

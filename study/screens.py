@@ -80,6 +80,7 @@ class FleetScreen:
         robot_keys: names of the keys that choose robots 1, 2, ...; empty if none do.
         switch_seconds_left: time until the scorer chooses anew, while that is announced; else -1.
         landing_seconds: how long after a switch its landing is marked.
+        accept_key: name of the key that accepts a suggestion.
     """
 
     heading: str
@@ -105,6 +106,7 @@ class FleetScreen:
     robot_keys: tuple[str, ...] = ()
     switch_seconds_left: float = -1.0
     landing_seconds: float = 1.2
+    accept_key: str = "space"
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

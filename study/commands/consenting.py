@@ -11,6 +11,7 @@ from typing import Literal
 
 from study.errors import StudyError
 from study.loading import LoadedProtocol
+from study.messages import messages_for
 from study.session.consent import Consent, consent_sha256
 from study.shell.raw_inputs import RawClose, RawKey, RawPointer
 from study.shell.window import Window
@@ -42,7 +43,7 @@ def ask_for_consent(loaded: LoadedProtocol, window: Window, folder: Path) -> Giv
     """
     part = loaded.protocol.consent
     assert part is not None  # noqa: S101 - asked only where there is a text
-    consent = Consent(loaded.protocol)
+    consent = Consent(loaded.protocol, messages_for(loaded.protocol.study.language))
     began = time.perf_counter_ns()
     window.show(consent.screen())
     while True:

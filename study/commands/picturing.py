@@ -16,7 +16,7 @@ from study.errors import StudyError
 from study.events.fields import Record
 from study.loading import LoadedProtocol
 from study.messages import Messages
-from study.screens import FleetScreen, PageScreen, PauseScreen, Screen, WaitScreen
+from study.screens import FleetScreen, PageScreen, PauseScreen, Screen, SurveyScreen, WaitScreen
 from study.seeding import stream_seed
 from study.session.consent import Consent
 from study.session.session import Session
@@ -50,11 +50,16 @@ class _Album:
 
     def __init__(self, clock: VirtualClock) -> None:
         self._clock = clock
+        self._prompts: dict[str, str] = {}
         self.kept: dict[str, tuple[Screen, int]] = {}
 
     def keep(self, screen: Screen) -> None:
         """Take in a screen that is shown."""
         name = _name(screen)
+        if isinstance(screen, SurveyScreen):
+            # Asked again after the reveal, the same questions have another prompt.
+            again = self._prompts.setdefault(name, screen.prompt) != screen.prompt
+            name += "_after_reveal" if again else ""
         late = isinstance(screen, FleetScreen) and screen.timestep > MOMENT
         if name not in self.kept or not late:
             self.kept[name] = (screen, self._clock.now_ns)
@@ -65,14 +70,13 @@ def _name(screen: Screen) -> str:
     kind = type(screen).__name__.removesuffix("Screen").lower()
     if isinstance(screen, FleetScreen):
         return f"{kind}_{screen.allocation}_{screen.view}_{screen.robots}"
-    if isinstance(screen, PageScreen) and screen.action == "to start":
-        return f"ready_{'episode' if screen.title.startswith('Episode') else 'trial'}"
+    if isinstance(screen, PageScreen) and not (screen.paragraphs or screen.figure):
+        return f"ready_{'episode' if screen.robots == 1 else 'trial'}"
     if isinstance(screen, WaitScreen):
         return f"{kind}_{'fit' if screen.progress < 0 else 'phase_four'}"
     title = getattr(screen, "title", "") or getattr(screen, "header_left", "")
     words = "".join(letter if letter.isalnum() else "_" for letter in title.lower())
-    after = "_after_reveal" if getattr(screen, "prompt", "").startswith("Now") else ""
-    return f"{kind}_{words[:60].strip('_')}{after}".strip("_")
+    return f"{kind}_{words[:60].strip('_')}".strip("_")
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -95,8 +99,8 @@ class Look:
         return f"{self.size[0]}x{self.size[1]}_{self.ui_scale:g}_{self.messages.locale}"
 
 
-def screens_of(loaded: LoadedProtocol) -> dict[str, tuple[Screen, int]]:
-    """Run a simulated session.
+def screens_of(loaded: LoadedProtocol, messages: Messages) -> dict[str, tuple[Screen, int]]:
+    """Run a simulated session whose participant reads these texts.
 
     Returns:
         One screen of each kind and when it was shown, ns, by name, in order of appearance.
@@ -106,10 +110,10 @@ def screens_of(loaded: LoadedProtocol) -> dict[str, tuple[Screen, int]]:
     album = _Album(clock)
     if loaded.protocol.consent:
         # Simulated participants are not asked.
-        album.keep(Consent(loaded.protocol).screen())
+        album.keep(Consent(loaded.protocol, messages).screen())
     fleet = open_fleet(loaded.protocol.task.name, loaded.protocol.task.parameters)
     conductor = Conductor(
-        Session(),
+        Session(messages),
         _NoRecorder(),
         fleet,
         InlineFitter(loaded.description, recorded_weights(loaded)),
@@ -167,10 +171,14 @@ def draw_gallery(loaded: LoadedProtocol, folder: Path, looks: Sequence[Look]) ->
         The pictures, in the order in which their screens came up.
     """
     os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
-    screens = screens_of(loaded)
     pygame.font.init()
     pictures = []
+    of_language: dict[str, dict[str, tuple[Screen, int]]] = {}
     for look in looks:
+        language = look.messages.locale
+        if language not in of_language:
+            of_language[language] = screens_of(loaded, look.messages)
+        screens = of_language[language]
         place = folder / look.name if len(looks) > 1 else folder
         pictures += draw_screens(screens, place, look)
     return pictures

@@ -34,6 +34,8 @@ from study.events.inputs import Input, SessionOpened
 from study.events.shell import Note
 from study.foxglove.live_tap import LiveTap, TappedRecorder
 from study.loading import LoadedProtocol
+from study.messages import messages_for
+from study.protocol import StudyPart
 from study.recording.failover import FailoverRecorder
 from study.recording.parts import base_name
 from study.session.session import Session
@@ -113,14 +115,18 @@ class Seat:
     tap: LiveTap | None = None
     lsl: bool = False
 
-    def open_window(self, caption: str) -> Window:
-        """Open the window.
+    def open_window(self, study: StudyPart) -> Window:
+        """Open the window under the study's title, in its language.
 
         Raises:
             StudyError: there is no display, or the size or scale cannot be had.
         """
         return Window(
-            self.size, fullscreen=self.fullscreen, ui_factor=self.ui_scale, caption=caption
+            self.size,
+            fullscreen=self.fullscreen,
+            ui_factor=self.ui_scale,
+            caption=study.title,
+            messages=messages_for(study.language),
         )
 
 
@@ -153,7 +159,7 @@ def run_session(
     given, window = Given(), None
     if loaded.protocol.consent:
         # Nothing may be written before it, so the window opens before the writer starts.
-        window = seat.open_window(loaded.protocol.study.title)
+        window = seat.open_window(loaded.protocol.study)
         answer = _asked(loaded, window, folder)
         if answer is None:
             return [], False
@@ -259,8 +265,9 @@ def _run(
         for fit in beginning.fits:
             fleet.add_artefact(fit.artefact_id, fit.kind, fit.algorithm, fit.weights)
         fitter = stack.enter_context(closing(ProcessFitter(loaded.description, beginning.recorded)))
-        title = loaded.protocol.study.title
-        window = stack.enter_context(closing(beginning.window or seat.open_window(title)))
+        window = stack.enter_context(
+            closing(beginning.window or seat.open_window(loaded.protocol.study))
+        )
         session, clock, tap = beginning.session, LiveClock(beginning.start_ns), seat.tap
         records_to = recorder if tap is None else TappedRecorder(recorder, tap)
         conductor = Conductor(

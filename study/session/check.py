@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from study.events.events import ComprehensionChecked, Deviation
 from study.events.inputs import Input
+from study.messages import noted
 from study.protocol import ComprehensionPart
 from study.questionnaire import Item, Questionnaire
 from study.session.context import Context, Outbox
@@ -52,15 +53,15 @@ class CheckStage(Form):
 
     def header(self) -> str:
         """Return the words at the top left."""
-        return "Before we start"
+        return self._context.say("Before we start")
 
 
 def _questionnaire(part: ComprehensionPart) -> Questionnaire:
     return Questionnaire(
         name=NAME,
         version=1,
-        title="Is everything clear?",
-        prompt="A few questions about what you just read. You can ask the experimenter.",
+        title=noted("Is everything clear?"),
+        prompt=noted("A few questions about what you just read. You can ask the experimenter."),
         items=tuple(
             Item(id=question.id, text=question.text, kind="choice", options=question.options)
             for question in part.questions

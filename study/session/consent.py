@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from typing import Literal
 
+from study.messages import Messages
 from study.protocol import ConsentPart, Protocol
 from study.screens import ConsentScreen
 
@@ -21,9 +22,11 @@ class Consent:
 
     Args:
         protocol: must have a consent text.
+        messages: the texts of the participant's language.
     """
 
-    def __init__(self, protocol: Protocol) -> None:
+    def __init__(self, protocol: Protocol, messages: Messages) -> None:
+        self._say = messages.say
         assert protocol.consent is not None  # noqa: S101 - asked for only where there is a text
         self._part = protocol.consent
         self._keys = protocol.keys
@@ -49,5 +52,7 @@ class Consent:
     def screen(self) -> ConsentScreen:
         """Return the text and what was chosen so far; nothing is preselected."""
         return ConsentScreen(
-            title=self._part.title, paragraphs=self._part.paragraphs, chosen=self._asks
+            title=self._say(self._part.title),
+            paragraphs=tuple(self._say(text) for text in self._part.paragraphs),
+            chosen=self._asks,
         )

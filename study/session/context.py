@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 from study.events.events import Event, Timestep
 from study.events.task_description import TaskDescription
+from study.messages import Messages
 from study.protocol import Protocol
 from study.questionnaire import Questionnaire
 from study.session.effects import Effect
@@ -69,6 +70,7 @@ class Context:
         seed: the session's seed.
         order: conditions of phase three in the order run.
         knowledge: what was learned so far.
+        messages: the texts of the participant's language.
         rules: version of the session's rules; see `study.session.rules`.
     """
 
@@ -79,4 +81,13 @@ class Context:
     seed: int
     order: tuple[str, ...]
     knowledge: Knowledge
+    messages: Messages
     rules: int = 0
+
+    def say(self, text: str, /, **values: object) -> str:
+        """Return a text in the participant's language; see `study.messages.Messages.say`."""
+        return self.messages.say(text, **values)
+
+    def count(self, one: str, many: str, n: int, /, **values: object) -> str:
+        """Return a text in the grammatical number of ``n``; see `study.messages`."""
+        return self.messages.count(one, many, n, **values)

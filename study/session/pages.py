@@ -60,7 +60,11 @@ class PagesStage(QuietStage):
         description = self._context.description
         return PageScreen(
             header_left=page.header,
-            header_right=f"Page {self._index + 1} of {count}" if count > 1 else "",
+            header_right=self._context.say(
+                "Page {page} of {pages}", page=self._index + 1, pages=count
+            )
+            if count > 1
+            else "",
             title=page.title,
             subtitle=page.subtitle,
             paragraphs=page.paragraphs,

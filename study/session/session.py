@@ -37,6 +37,7 @@ from study.events.inputs import (
     WindowChanged,
 )
 from study.events.task_description import TaskDescription
+from study.messages import SOURCE, Messages, locales, messages_for, noted
 from study.protocol import ConsentPart, parse_protocol
 from study.questionnaire import Questionnaire
 from study.screens import PauseScreen, Screen
@@ -63,9 +64,9 @@ from study.session.stage import Stage
 from study.session.survey import SurveyStage
 from study.session.trial import TrialStage
 
-_PAUSED = "Paused"
-_INTERRUPTED = "Saving was interrupted. One moment, please"
-_RESTORED = "Saving was interrupted for a moment; it works again"
+_PAUSED = noted("Paused")
+_INTERRUPTED = noted("Saving was interrupted. One moment, please")
+_RESTORED = noted("Saving was interrupted for a moment; it works again")
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -82,9 +83,14 @@ class Step:
 
 
 class Session:
-    """A participant's visit as a state machine."""
+    """A participant's visit as a state machine.
 
-    def __init__(self) -> None:
+    Args:
+        messages: the texts of the participant's language; those of the protocol's if None.
+    """
+
+    def __init__(self, messages: Messages | None = None) -> None:
+        self._messages = messages
         self._context: Context | None = None
         self._plans: tuple[StagePlan, ...] = ()
         self._index = -1
@@ -152,6 +158,7 @@ class Session:
             seed=given.seed,
             order=given.order,
             knowledge=Knowledge(),
+            messages=self._messages or _messages(protocol.study.language),
             rules=given.rules,
         )
         self._plans = stage_plans(protocol, given.order)
@@ -226,7 +233,7 @@ class Session:
     def _pause_screen(self) -> PauseScreen:
         assert self._context is not None  # noqa: S101 - only an open session stands still
         return PauseScreen(
-            self._pause_reason,
+            self._context.say(self._pause_reason),
             confirm_stop=self._asks == "stop",
             can_erase=self._context.rules >= 1,
             confirm_erase=self._asks == "erase",
@@ -343,6 +350,11 @@ class Session:
         self.complete = complete
         out.events.append(SessionEnded(t_ns, complete, reason))
         out.effects += [SetPace(0.0), EnsureDurable(), Finish()]
+
+
+def _messages(language: str) -> Messages:
+    """Return a language's texts; English where a recording's language is not known here."""
+    return messages_for(language if language in locales() else SOURCE)
 
 
 def _questionnaires(text: str) -> dict[str, Questionnaire]:

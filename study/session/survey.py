@@ -10,6 +10,7 @@ from study.screens import Screen, SurveyItem, SurveyScreen
 from study.session.answers import Answers
 from study.session.context import Context, Outbox
 from study.session.effects import EnsureDurable, Show
+from study.session.page_texts import block_finished
 from study.session.plan import Place, SurveyPlan
 from study.session.stage import QuietStage
 
@@ -137,7 +138,7 @@ class Form(QuietStage):
     def _confirm(self, t_ns: int, out: Outbox) -> bool:
         if any(self._answers.is_open(place) for place in self._page):
             self._focus = self._next_open()
-            self._reminder = "Please answer this question first."
+            self._reminder = self._context.say("Please answer this question first.")
             return False
         for place in self._page:
             self._answered(place, t_ns, out)
@@ -218,32 +219,42 @@ class Form(QuietStage):
 
     def header(self) -> str:
         """Return the words at the top left."""
-        blocks = len(self._context.order)
         if self._place.phase == Phase.THREE:
-            return f"Part 3 of 4, block {self._place.block} of {blocks}: finished"
-        return "Before we start" if self._place.phase == Phase.PRACTICE else "At the end"
+            return block_finished(self._context, self._place.block)
+        if self._place.phase == Phase.PRACTICE:
+            return self._context.say("Before we start")
+        return self._context.say("At the end")
 
     def screen(self) -> Screen:
         """Return the questions of the page as they are answered so far."""
         form = self._questionnaire
         first, last, count = self._page.start + 1, self._page.stop, len(form.items)
         again = self._occasion == "after_reveal"
-        numbers = f"Questions {first} to {last}" if last > first else f"Question {first}"
-        if count == 1:
-            numbers = "One question"
+        say, prompt = self._context.say, self._context.say(form.prompt)
         return SurveyScreen(
             header_left=self.header(),
-            header_right=f"{numbers} of {count}" if len(self._page) < count else numbers,
-            title=form.title,
-            prompt=f"Now that you know your points: {_lower_first(form.prompt)}"
+            header_right=self._numbers(first, last, count),
+            title=say(form.title),
+            prompt=say("Now that you know your points: {prompt}", prompt=_lower_first(prompt))
             if again
-            else form.prompt,
+            else prompt,
             items=tuple(self._item(place) for place in self._page),
             focus=self._focus,
             complete=not any(self._answers.is_open(place) for place in self._page),
             reminder=self._reminder,
             first=first,
         )
+
+    def _numbers(self, first: int, last: int, count: int) -> str:
+        """Return which of the questions are on the page."""
+        say = self._context.say
+        if count == 1:
+            return say("One question")
+        if last == first:
+            return say("Question {first} of {count}", first=first, count=count)
+        if last - first + 1 == count:
+            return say("Questions {first} to {last}", first=first, last=last)
+        return say("Questions {first} to {last} of {count}", first=first, last=last, count=count)
 
     def _item(self, place: int) -> SurveyItem:
         form, item = self._questionnaire, self._questionnaire.items[place]
@@ -255,14 +266,18 @@ class Form(QuietStage):
         }[item.kind]
         return SurveyItem(
             item=item.id,
-            text=item.text,
+            text=self._context.say(item.text),
             low=low,
             high=high,
-            labels=form.value_labels(item) if item.kind == "scale" else (),
+            labels=tuple(
+                (value, self._context.say(words)) for value, words in form.value_labels(item)
+            )
+            if item.kind == "scale"
+            else (),
             value=self._answers.value(place),
             kind=item.kind,
             step=form.step if item.kind == "scale" else 1,
-            options=item.options,
+            options=tuple(self._context.say(words) for words in item.options),
             typed=self._answers.typed(place),
         )
 

@@ -376,5 +376,5 @@ class TrialStage:
         if self._screens is not None:
             return self._screens.screen()
         if self._plan.allocation == "none":
-            return evaluation_screen(self._plan, 0)
+            return evaluation_screen(self._plan, self._context, 0)
         return ready_screen(self._plan, self._context)

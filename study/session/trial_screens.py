@@ -8,7 +8,6 @@ import numpy.typing as npt
 from study.events.codes import Phase
 from study.events.inputs import FleetObserved
 from study.events.task_description import TaskDescription
-from study.protocol import Protocol
 from study.screens import CountdownScreen, FleetScreen, PageScreen, Screen, Tile, WaitScreen
 from study.session.allocation import (
     AnyAllocation,
@@ -19,46 +18,44 @@ from study.session.allocation import (
 from study.session.context import Context
 from study.session.cues import Cues
 from study.session.fleet_run import FleetRun
-from study.session.page_texts import counted
+from study.session.page_texts import PARTS, block_heading
 from study.session.plan import TrialPlan
 from study.session.switching import SwitchWatch
-
-_PARTS = {Phase.ONE: "Part 1 of 4", Phase.TWO: "Part 2 of 4", Phase.FOUR: "Part 4 of 4"}
 
 
 def heading(plan: TrialPlan, context: Context) -> str:
     """Return the words at the top left: which part or block this is."""
     if plan.place.phase == Phase.PRACTICE:
         if plan.place.block:
-            return f"Practice for block {plan.place.block} of {len(context.order)}"
-        return "Practice"
+            return context.say(
+                "Practice for block {block} of {blocks}",
+                block=plan.place.block, blocks=len(context.order),
+            )  # fmt: skip
+        return context.say("Practice")
     if plan.place.phase == Phase.THREE:
-        return f"Part 3 of 4, block {plan.place.block} of {len(context.order)}"
-    return _PARTS[plan.place.phase]
+        return block_heading(context, plan.place.block)
+    return context.say("Part {part} of {parts}", part=int(plan.place.phase), parts=PARTS)
 
 
-def unit(plan: TrialPlan) -> str:
+def unit(plan: TrialPlan, context: Context) -> str:
     """Return the word for one run: an episode is one robot's, from reset to end."""
-    return "Episode" if plan.ends_with_robot else "Trial"
+    return context.say("Episode") if plan.ends_with_robot else context.say("Trial")
 
 
 def ready_screen(plan: TrialPlan, context: Context) -> PageScreen:
     """Return the screen that waits for the operator before a trial."""
-    one = plan.robots == 1
-    title = f"{unit(plan)} {plan.trial} of {plan.trials}" if plan.scored else "Practice"
-    what = "One robot" if one else f"{plan.robots} robots"
-    seconds = plan.timesteps / context.protocol.timing.timesteps_per_second
-    limit = "" if plan.ends_with_robot else f", {counted(round(seconds), 'second')}"
-    task = (
-        f" Bring it to its goal: {counted(plan.goals_needed, 'time')}." if plan.goals_needed else ""
-    )
-    if plan.attempt > 1:
-        title = "Practice once more"
+    say = context.say
+    title = say("Practice") if plan.attempt == 1 else say("Practice once more")
+    if plan.scored:
+        title = say(
+            "{unit} {number} of {total}",
+            unit=unit(plan, context), number=plan.trial, total=plan.trials,
+        )  # fmt: skip
     return PageScreen(
         header_left=heading(plan, context),
         header_right="",
         title=title,
-        subtitle=f"{what}{limit}.{task} Begin when you are ready.",
+        subtitle=" ".join(_what_comes(plan, context)),
         paragraphs=(),
         figure="",
         scene=None,
@@ -67,17 +64,36 @@ def ready_screen(plan: TrialPlan, context: Context) -> PageScreen:
         robots=plan.robots,
         can_go_back=False,
         next_hint="",
-        action="to start",
+        action=say("to start"),
     )
 
 
-def evaluation_screen(plan: TrialPlan, timestep: int) -> WaitScreen:
+def _what_comes(plan: TrialPlan, context: Context) -> list[str]:
+    """Return sentences on the robots, the time and what is to be done."""
+    say, count = context.say, context.count
+    robots = say("One robot") if plan.robots == 1 else say("{n} robots", n=plan.robots)
+    seconds = round(plan.timesteps / context.protocol.timing.timesteps_per_second)
+    first = say("{robots}.", robots=robots)
+    if not plan.ends_with_robot:
+        first = count("{robots}, {n} second.", "{robots}, {n} seconds.", seconds, robots=robots)
+    goals = plan.goals_needed
+    task = (
+        [count("Bring it to its goal: {n} time.", "Bring it to its goal: {n} times.", goals)]
+        if goals
+        else []
+    )
+    return [first, *task, say("Begin when you are ready.")]
+
+
+def evaluation_screen(plan: TrialPlan, context: Context, timestep: int) -> WaitScreen:
     """Return the screen of a trial in which nobody operates."""
     done = (plan.trial - 1 + timestep / plan.timesteps) / plan.trials
     return WaitScreen(
-        title="The robots drive on their own now",
-        text=f"Trying out set {plan.place.block} of what you taught them. "
-        "There is nothing to do for you.",
+        title=context.say("The robots drive on their own now"),
+        text=context.say(
+            "Trying out set {number} of what you taught them. There is nothing to do for you.",
+            number=plan.place.block,
+        ),
         progress=done,
     )
 
@@ -105,7 +121,7 @@ class TrialScreens:
         self._t_ns = 0
         self._timestep = 0
         self._heading = heading(plan, context)
-        self._keys = _key_legend(plan, context.protocol)
+        self._keys = _key_legend(plan, context)
         chosen_by_key = plan.robots > 1 and plan.allocation in ("manual", "suggested")
         keys = context.protocol.keys.robots
         # With more robots than keys, numbers are typed: they stand on the tiles.
@@ -144,7 +160,7 @@ class TrialScreens:
         """Return the screen as it is now."""
         plan = self._plan
         if plan.allocation == "none":
-            return evaluation_screen(plan, self._timestep)
+            return evaluation_screen(plan, self._context, self._timestep)
         fleet = self._fleet_screen()
         return CountdownScreen(self._countdown, fleet) if self._countdown else fleet
 
@@ -179,7 +195,8 @@ class TrialScreens:
             keys=self._keys,
             message=self._message(),
             robot_keys=self._robot_keys,
-            unit=unit(plan),
+            unit=unit(plan, self._context),
+            accept_key=self._context.protocol.keys.accept,
             switch_seconds_left=self._watch.seconds_left(allocation)
             if self._context.protocol.switching.cue_seconds > 0
             else -1.0,
@@ -188,9 +205,9 @@ class TrialScreens:
 
     def _message(self) -> str:
         if isinstance(self._allocation, ManualAllocation) and self._allocation.operated < 0:
-            return "Choose a robot to drive"
+            return self._context.say("Choose a robot to drive")
         if self._plan.allocation == "correction":
-            return "Correct the robot whenever it goes wrong"
+            return self._context.say("Correct the robot whenever it goes wrong")
         return ""
 
     def _tile(self, robot: int, state: list[float]) -> Tile:
@@ -211,14 +228,14 @@ class TrialScreens:
         )
 
 
-def _key_legend(plan: TrialPlan, protocol: Protocol) -> tuple[tuple[str, str], ...]:
+def _key_legend(plan: TrialPlan, context: Context) -> tuple[tuple[str, str], ...]:
     """Return (key, word) pairs in the order of the header."""
-    keys = protocol.keys
-    legend = [(f"{keys.left} {keys.up} {keys.down} {keys.right}", "drive")]
+    keys, say = context.protocol.keys, context.say
+    legend = [(f"{keys.left} {keys.up} {keys.down} {keys.right}", say("drive"))]
     if plan.robots > 1 and plan.allocation == "suggested":
-        legend.append((keys.accept, "accept"))
+        legend.append((keys.accept, say("accept")))
     if plan.robots > 1 and plan.allocation in ("manual", "suggested"):
         chosen = keys.robots[: plan.robots]
         last = chosen[-1] if plan.robots <= len(keys.robots) else str(plan.robots)
-        legend += [(f"{chosen[0]} … {last}", "choose"), (keys.next_robot, "next")]
-    return (*legend, (keys.pause, "pause"))
+        legend += [(f"{chosen[0]} … {last}", say("choose")), (keys.next_robot, say("next"))]
+    return (*legend, (keys.pause, say("pause")))

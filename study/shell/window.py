@@ -133,6 +133,7 @@ class Window:
         self._exposed = True
         self._text_input = False
         self._ui_factor = ui_factor
+        self._messages = messages
         self._last_poll_ns = time.perf_counter_ns()
         self._waiting: deque[pygame.event.Event] = deque()
         pygame.key.set_repeat()
@@ -243,5 +244,5 @@ class Window:
                 return None
             self._surface = pygame.display.get_surface() or self._surface
             self.size = self._surface.get_size()
-            self._renderer = Renderer(self.size, self._ui_factor)
+            self._renderer = Renderer(self.size, self._ui_factor, self._messages)
         return RawWindow(change, *size, now, gap)

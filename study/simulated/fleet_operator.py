@@ -212,7 +212,7 @@ class FleetOperator:
         self._pressed = True
         keys = number_keys(self._target, screen.robots)
         if self._target == screen.suggested:
-            keys = ("space",)
+            keys = (screen.accept_key,)
         strokes = self._hand.hold("")
         for key in keys:
             strokes += tap(key)

@@ -191,7 +191,7 @@ class FleetPainter:
         look = PlateLook(
             driven=driven,
             suggested=tile.robot == screen.suggested and not driven,
-            accept_key=_accept_key(screen),
+            accept_key=screen.accept_key,
             has_dwell=dwell_left >= 0,
             note=_note(canvas.messages, screen) if place.single else "",
             key=_own_key(screen, tile.robot),
@@ -226,13 +226,6 @@ def _own_key(screen: FleetScreen, robot: int) -> str:
     """Return the key that chooses a robot if it is not the robot's number."""
     key = screen.robot_keys[robot] if robot < len(screen.robot_keys) else ""
     return "" if key == str(robot + 1) else key
-
-
-def _accept_key(screen: FleetScreen) -> str:
-    for label, word in screen.keys:
-        if word == "accept":
-            return label
-    return "Space"
 
 
 def _note(messages: Messages, screen: FleetScreen) -> str:

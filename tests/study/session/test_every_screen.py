@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from fake_shell import FakeShell, Moods, replayed
@@ -327,3 +329,50 @@ def test_names_of_conditions_are_never_shown(every_screen: LoadedProtocol) -> No
             break
         shell.help()
     assert shell.session.complete
+
+
+WORDS = (
+    "heading", "message", "unit", "header_left", "header_right", "title", "subtitle", "action",
+    "next_hint", "text", "prompt", "reminder", "reason", "paragraphs", "options", "labels", "keys",
+    "items", "fleet",
+)  # fmt: skip
+KEY_NAMES = {"up", "down", "left", "right", "space", "tab", "escape"}
+
+
+def words_of(value: object) -> list[str]:
+    """Return all that is read on a screen."""
+    if isinstance(value, str):
+        return [value]
+    if isinstance(value, tuple):
+        return [word for item in value for word in words_of(item)]
+    return [word for name in WORDS for word in words_of(getattr(value, name, ()))]
+
+
+def test_the_protocol_s_language_is_that_of_every_text(every_screen: LoadedProtocol) -> None:
+    """In the pseudo-locale no plain word is shown, and what is recorded is the same."""
+    text = every_screen.text.replace("[study]", '[study]\nlanguage = "pseudo"')
+    shell = FakeShell(first_input(every_screen, protocol_toml=text))
+    plain: set[str] = set()
+    for _ in range(3_000):
+        for words in words_of(shell.screen):
+            named = KEY_NAMES | {"left up down right"}
+            if words not in named and re.search("[A-Za-z]{2}", words):
+                plain.add(words)
+        if shell.finished:
+            break
+        shell.help()
+    assert plain == set()
+    english = FakeShell(opened(every_screen, order=ORDER))
+    at(english, EndScreen)
+    assert shell.session.complete
+    assert english.log == shell.log[: len(english.log)]
+
+
+def test_a_language_that_is_not_known_here_is_shown_in_english(
+    every_screen: LoadedProtocol,
+) -> None:
+    """A recording from elsewhere replays; a protocol to be run is refused before."""
+    text = every_screen.text.replace("[study]", '[study]\nlanguage = "tlh"')
+    shell = FakeShell(first_input(every_screen, protocol_toml=text))
+    assert isinstance(shell.screen, PageScreen)
+    assert shell.screen.title == "Welcome"
