@@ -14,6 +14,7 @@ import pytest
 import sample_screens as samples
 from patience import PATIENCE_S
 from study.errors import StudyError
+from study.screens import Screen
 from study.shell.drawing.renderer import Renderer
 from study.shell.pygame_check import require_pygame_ce
 from study.shell.raw_inputs import (
@@ -216,7 +217,7 @@ def test_minimising_and_restoring_arrive(window: Window) -> None:
 
 def test_what_is_clicked_on_the_new_screens(window: Window) -> None:
     """Answers of consent and of a choice, the break's button once it does something."""
-    surface_screens = {
+    surface_screens: dict[str, Screen] = {
         "agree": samples.consent(),
         "decline": samples.consent(),
         "answer:games:3": samples.about_you(),
