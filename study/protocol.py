@@ -10,29 +10,32 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from study.errors import ProtocolError
 from study.messages import SOURCE
-from study.validation import NAME_PATTERN, nearest, validation_problems
+from study.seat_settings import (
+    NUMBER_ROW,
+    BreakPart,
+    ComprehensionPart,
+    ConsentPart,
+    DebriefPart,
+    Failure,
+    KeyPart,
+    Name,
+    Part,
+    SwitchingPart,
+)
+from study.validation import nearest, validation_problems
 
 Allocation = Literal["manual", "suggested", "assisted"]
 View = Literal["tiles", "operated_only", "enlarged"]
-Name = Annotated[str, Field(pattern=NAME_PATTERN)]
 Occasion = Literal["at_start", "before_reveal", "after_reveal", "at_end"]
-Failure = Literal["go_on", "end"]
-Paragraph = Annotated[str, Field(min_length=1, max_length=1200)]
 
 
-class _Part(BaseModel):
-    """A table of the protocol file: unknown keys are errors."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class StudyPart(_Part):
+class StudyPart(Part):
     """What the study is."""
 
     name: Name = Field(description="short name; names files")
@@ -44,7 +47,7 @@ class StudyPart(_Part):
     planned_participants: int = Field(ge=1, le=10_000, description="planned participants")
 
 
-class TimingPart(_Part):
+class TimingPart(Part):
     """How fast the world goes."""
 
     timesteps_per_second: float = Field(
@@ -55,7 +58,7 @@ class TimingPart(_Part):
     )
 
 
-class TaskPart(_Part):
+class TaskPart(Part):
     """The robots' world."""
 
     name: str = Field(description="name of the task")
@@ -65,7 +68,7 @@ class TaskPart(_Part):
     parameters: dict[str, Any] = Field(default_factory=dict, description="see the task")
 
 
-class MemberPart(_Part):
+class MemberPart(Part):
     """A policy or scorer with its hyper-parameters."""
 
     name: str = Field(description="name of the policy or scorer")
@@ -73,7 +76,7 @@ class MemberPart(_Part):
     parameters: dict[str, Any] = Field(default_factory=dict, description="hyper-parameters")
 
 
-class PracticePart(_Part):
+class PracticePart(Part):
     """Unscored driving before phase one."""
 
     timesteps: int = Field(ge=0, le=100_000, description="longest length; 0 for none")
@@ -88,7 +91,7 @@ class PracticePart(_Part):
     )
 
 
-class PhaseOnePart(_Part):
+class PhaseOnePart(Part):
     """One robot, corrected by the participant."""
 
     episodes: int = Field(ge=1, le=1000, description="episodes")
@@ -100,7 +103,7 @@ class PhaseOnePart(_Part):
     )
 
 
-class PhaseTwoPart(_Part):
+class PhaseTwoPart(Part):
     """A small fleet with free choice."""
 
     robots: int = Field(ge=2, le=48, description="fleet size, n")
@@ -108,7 +111,7 @@ class PhaseTwoPart(_Part):
     trial_timesteps: int = Field(ge=1, le=100_000, description="length of a trial, timesteps")
 
 
-class PhaseThreePart(_Part):
+class PhaseThreePart(Part):
     """The large fleet under each condition."""
 
     trials: int = Field(ge=1, le=1000, description="trials per condition")
@@ -127,7 +130,7 @@ class PhaseThreePart(_Part):
     )
 
 
-class PhaseFourPart(_Part):
+class PhaseFourPart(Part):
     """The retrained policies alone."""
 
     robots: int = Field(ge=1, le=1000, description="robots evaluated at once")
@@ -138,7 +141,7 @@ class PhaseFourPart(_Part):
     )
 
 
-class Condition(_Part):
+class Condition(Part):
     """A named combination of allocation, scorer, fleet size, dwell and view."""
 
     name: Name = Field(description="name in the data")
@@ -170,131 +173,14 @@ class Condition(_Part):
         return self
 
 
-class ConsentPart(_Part):
-    """What is agreed to before anything is recorded."""
-
-    title: str = Field(default="Before we start", min_length=1, max_length=80, description="title")
-    paragraphs: tuple[Paragraph, ...] = Field(
-        min_length=1, max_length=8, description="the text agreed to"
-    )
-
-    def text(self) -> str:
-        """Return the text as it is hashed: title and paragraphs, an empty line between."""
-        return "\n\n".join([self.title, *self.paragraphs])
-
-
-class ComprehensionQuestion(_Part):
-    """One question about the instructions."""
-
-    id: Name = Field(description="id in the data")
-    text: str = Field(min_length=1, max_length=200, description="the question")
-    options: tuple[Annotated[str, Field(min_length=1, max_length=80)], ...] = Field(
-        min_length=2, max_length=5, description="the answers offered"
-    )
-    correct: int = Field(ge=1, le=5, description="number of the right one, from 1")
-    explanation: str = Field(
-        min_length=1, max_length=400, description="what is explained again after a wrong answer"
-    )
-
-    @model_validator(mode="after")
-    def _check(self) -> ComprehensionQuestion:
-        if self.correct > len(self.options):
-            raise ValueError(
-                f"correct: {self.correct} given; there are {len(self.options)} options"
-            )
-        return self
-
-
-class ComprehensionPart(_Part):
-    """Questions before phase one; what was answered wrong is explained again."""
-
-    questions: tuple[ComprehensionQuestion, ...] = Field(
-        min_length=1, max_length=6, description="the questions"
-    )
-    explanations: int = Field(
-        default=2, ge=0, le=2, description="how often it is explained and asked again"
-    )
-    on_failure: Failure = Field(
-        default="go_on", description="what happens after that; recorded as a deviation"
-    )
-
-
-class BreakPart(_Part):
-    """Rests with a timer: between blocks, and within long ones."""
-
-    seconds: int = Field(ge=1, le=3600, description="suggested length, s")
-    minimum_seconds: int = Field(default=0, ge=0, le=3600, description="shortest length, s")
-    every_trials: int = Field(
-        default=0, ge=0, le=1000, description="trials between breaks in a block; 0: none within"
-    )
-
-
-class SwitchingPart(_Part):
-    """How an automatic switch is announced, and what follows it."""
-
-    cue_seconds: float = Field(
-        default=0.0, ge=0, le=60, description="how long before it is announced, s; 0: the ring only"
-    )
-    landing_seconds: float = Field(
-        default=1.2, ge=0, le=10, description="how long the landing is marked, s"
-    )
-    grace_seconds: float = Field(
-        default=0.0, ge=0, le=10, description="demonstrations so soon after it are flagged, s"
-    )
-
-
-class DebriefPart(_Part):
-    """What is told at the end."""
-
-    title: str = Field(
-        default="What this was about", min_length=1, max_length=80, description="title"
-    )
-    paragraphs: tuple[Paragraph, ...] = Field(min_length=1, max_length=8, description="the text")
-
-
-class QuestionnaireUse(_Part):
+class QuestionnaireUse(Part):
     """A questionnaire and when it is asked: around each block's reveal, or once."""
 
     name: str = Field(description="file stem under questionnaires/")
     when: tuple[Occasion, ...] = Field(min_length=1, description="occasions")
 
 
-NUMBER_ROW = 12
-"""Keys in the row above the letters: larger fleets are chosen from by typing numbers."""
-_CHECKED_LATER = ("robots", "accept")
-
-
-class KeyPart(_Part):
-    """Which key does what."""
-
-    up: str = Field(default="up", description="the action that the task binds to up")
-    down: str = Field(default="down", description="the action bound to down")
-    left: str = Field(default="left", description="the action bound to left")
-    right: str = Field(default="right", description="the action bound to right")
-    next_robot: str = Field(default="tab", description="choose the next robot")
-    accept: str = Field(default="space", description="accept a suggestion")
-    confirm: str = Field(default="return", description="go on, confirm")
-    back: str = Field(default="backspace", description="go back")
-    pause: str = Field(default="escape", description="pause")
-    robots: tuple[str, ...] = Field(
-        default=("1", "2", "3", "4", "5", "6", "7", "8", "9", "0", "-", "="),
-        max_length=48,
-        description="keys that choose robots 1, 2, ...",
-    )
-
-    @model_validator(mode="after")
-    def _distinct(self) -> KeyPart:
-        singles = [
-            getattr(self, name) for name in type(self).model_fields if name not in _CHECKED_LATER
-        ]
-        keys = [*singles, *self.robots]
-        twice = sorted({key for key in keys if keys.count(key) > 1})
-        if twice:
-            raise ValueError(f"bound twice: {', '.join(twice)}; each key does one thing")
-        return self
-
-
-class Exclusion(_Part):
+class Exclusion(Part):
     """A rule by which analysis leaves out a participant."""
 
     name: Name = Field(description="name of the rule")
@@ -305,7 +191,7 @@ class Exclusion(_Part):
     reason: str = Field(min_length=1, max_length=400, description="why")
 
 
-class TrialExclusion(_Part):
+class TrialExclusion(Part):
     """A rule by which analysis leaves out single trials that were disturbed."""
 
     name: Name = Field(description="name of the rule")
@@ -315,7 +201,7 @@ class TrialExclusion(_Part):
     reason: str = Field(min_length=1, max_length=400, description="why")
 
 
-class AnalysisPart(_Part):
+class AnalysisPart(Part):
     """Analyses planned before the data are seen."""
 
     primary: Literal["team_reward"] = Field(default="team_reward", description="primary measure")
@@ -327,7 +213,7 @@ class AnalysisPart(_Part):
     )
 
 
-class Protocol(_Part):
+class Protocol(Part):
     """A whole study."""
 
     format: Literal[1] = Field(description="version of this file format")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from study.events.events import ComprehensionChecked, Deviation
 from study.events.inputs import Input
 from study.messages import noted
-from study.protocol import ComprehensionPart
 from study.questionnaire import Item, Questionnaire
+from study.seat_settings import ComprehensionPart
 from study.session.context import Context, Outbox
 from study.session.plan import CheckPlan
 from study.session.survey import Form

@@ -6,8 +6,9 @@ import hashlib
 from typing import Literal
 
 from study.messages import Messages
-from study.protocol import ConsentPart, Protocol
+from study.protocol import Protocol
 from study.screens import ConsentScreen
+from study.seat_settings import ConsentPart
 
 Decision = Literal["", "agreed", "declined"]
 

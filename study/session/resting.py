@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from study.events.inputs import Input, KeyChanged, PointerPressed, TimestepDue
-from study.protocol import BreakPart
 from study.screens import BreakScreen, Screen
+from study.seat_settings import BreakPart
 from study.session.context import Context, Outbox
 from study.session.effects import SetPace, Show
 from study.session.plan import BreakPlan

@@ -38,31 +38,21 @@ from study.events.inputs import (
 )
 from study.events.task_description import TaskDescription
 from study.messages import SOURCE, Messages, locales, messages_for, noted
-from study.protocol import ConsentPart, parse_protocol
+from study.protocol import parse_protocol
 from study.questionnaire import Questionnaire
 from study.screens import PauseScreen, Screen
-from study.session.check import CheckStage
+from study.seat_settings import ConsentPart
 from study.session.consent import consent_sha256
 from study.session.context import Context, Knowledge, Outbox
 from study.session.effects import Effect, EnsureDurable, EraseRecording, Finish, SetPace, Show
-from study.session.fitting import FitStage
-from study.session.pages import PagesStage
 from study.session.plan import (
-    BreakPlan,
-    CheckPlan,
     FitPlan,
     PagesPlan,
-    RevealPlan,
     StagePlan,
-    SurveyPlan,
-    TrialPlan,
     stage_plans,
 )
-from study.session.resting import BreakStage
-from study.session.reveal import RevealStage
 from study.session.stage import Stage
-from study.session.survey import SurveyStage
-from study.session.trial import TrialStage
+from study.session.stages import make_stage
 
 _PAUSED = noted("Paused")
 _INTERRUPTED = noted("Saving was interrupted. One moment, please")
@@ -315,7 +305,7 @@ class Session:
                 self._finish(t_ns, "complete", out, complete=True)
                 return
             plan = self._plans[self._index]
-            self._stage = _make_stage(plan, self._context)
+            self._stage = make_stage(plan, self._context)
             out.events.append(
                 StageEntered(
                     t_ns=t_ns,
@@ -369,20 +359,3 @@ def _moves_the_screen(effect: Effect) -> bool:
     return isinstance(effect, Show) or (
         isinstance(effect, SetPace) and effect.timesteps_per_second > 0
     )
-
-
-def _make_stage(plan: StagePlan, context: Context) -> Stage:
-    if isinstance(plan, PagesPlan):
-        return PagesStage(plan, context)
-    if isinstance(plan, TrialPlan):
-        return TrialStage(plan, context)
-    if isinstance(plan, FitPlan):
-        return FitStage(plan, context)
-    if isinstance(plan, SurveyPlan):
-        return SurveyStage(plan, context)
-    if isinstance(plan, BreakPlan):
-        return BreakStage(plan, context)
-    if isinstance(plan, CheckPlan):
-        return CheckStage(plan, context)
-    assert isinstance(plan, RevealPlan)  # noqa: S101 - the union has no other member
-    return RevealStage(plan, context)

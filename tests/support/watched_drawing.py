@@ -11,7 +11,7 @@ import pygame
 import sample_screens as samples
 from study.messages import messages_for, pseudo
 from study.screens import FleetScreen, Screen
-from study.shell.drawing.canvas import Boxed, Written
+from study.shell.drawing.drawn import Boxed, Written
 from study.shell.drawing.palette import Colour
 from study.shell.drawing.renderer import Renderer
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 
@@ -10,6 +9,7 @@ import pygame
 
 from study.messages import SOURCE, Messages, messages_for
 from study.shell.drawing import palette
+from study.shell.drawing.drawn import Boxed, Part, Watcher, Written
 from study.shell.drawing.lettering import (
     CAP_HEIGHT,
     Align,
@@ -39,48 +39,6 @@ def ui_scale(size: tuple[int, int], factor: float = 1.0) -> float:
         factor: the user's wish, 1 for none.
     """
     return max(SMALLEST_SCALE, min(size[0] / 1280, size[1] / 960)) * factor
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Written:
-    """A line of text that was written.
-
-    Attributes:
-        text: the line.
-        place: its width, and the height of its capitals, pixels.
-        colour: of the text.
-        moving: whether it belongs to a map and what moves there, where things may meet.
-    """
-
-    text: str
-    place: pygame.Rect
-    colour: Colour
-    moving: bool
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Boxed:
-    """A box that was drawn: its outer edge in pixels, its colours, and whether it moves."""
-
-    place: pygame.Rect
-    fill: Colour
-    edge: Colour | None
-    moving: bool
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class _Part:
-    """A part of the screen that was painted: where, what its look depends on, and its texts."""
-
-    place: pygame.Rect
-    key: object
-    picture: pygame.Surface
-    written: tuple[Written, ...]
-    boxed: tuple[pygame.Rect, ...]
-
-
-Watcher = Callable[[pygame.Surface, Written | Boxed], None]
-"""Told of each text and box just before it is drawn, with the surface as it is then."""
 
 
 class Canvas:
@@ -118,7 +76,7 @@ class Canvas:
         self._moving = False
         self._sprites = Sprites()
         self._backgrounds: dict[Hashable, pygame.Surface] = {}
-        self._parts: dict[Hashable, _Part] = {}
+        self._parts: dict[Hashable, Part] = {}
 
     def rescale(self, scale: float) -> None:
         """Draw at another number of pixels to one design pixel from now on."""
@@ -222,7 +180,7 @@ class Canvas:
         written, boxed = len(self.written), len(self.boxed)
         paint()
         picture = self.surface.subsurface(place).copy()
-        self._parts[name] = _Part(
+        self._parts[name] = Part(
             place, key, picture, tuple(self.written[written:]), tuple(self.boxed[boxed:])
         )
 

@@ -13,7 +13,7 @@ from colour_vision import DEFICIENCIES, ciede2000, distance
 from study.messages import messages_for
 from study.screens import Cue, CueKind, Screen
 from study.shell.drawing import cues, palette
-from study.shell.drawing.canvas import Boxed, Written
+from study.shell.drawing.drawn import Boxed, Written
 from study.shell.drawing.lettering import clear_fonts
 from study.shell.drawing.palette import Colour, contrast
 from watched_drawing import fleets, watched

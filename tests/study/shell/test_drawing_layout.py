@@ -11,7 +11,7 @@ import pytest
 
 import sample_screens as samples
 from study.screens import Screen
-from study.shell.drawing.canvas import Boxed, Written
+from study.shell.drawing.drawn import Boxed, Written
 from study.shell.drawing.lettering import clear_fonts
 from study.shell.drawing.renderer import SMALLEST_FIT, Renderer
 from watched_drawing import Seen, fleets, watched
