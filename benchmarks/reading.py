@@ -5,12 +5,11 @@ python -m benchmarks.reading [--quick]
 A half-hour session of twelve robots at 35 timesteps a second is read into a DataFrame of one row a
 robot and timestep. The alternatives read the same session: mcap's reader from a file of JSON
 objects, and a loop that only unpacks, checks and maps the bytes of our own file: the limit.
-All take turns in one run.
+All take turns in one run. Our files have a chunk for each half second, as a session writes them.
 """
 
 from __future__ import annotations
 
-import functools
 import json
 import resource
 import struct
@@ -89,7 +88,8 @@ def one_session(folder: Path, timesteps: int, times: int) -> Path:
     assert frame_of(ours)[list(STATES)].equals(
         frame_of_json(naive)[list(STATES)].astype(np.float32)
     )
-    chunks = [(chunk.start, chunk.length) for chunk in read_recording(ours).chunks]
+    table = read_recording(ours).chunks
+    chunks = list(zip(table.start.tolist(), table.length.tolist(), strict=True))
     measured = {
         "ours": seconds(lambda: frame_of(ours), times),
         "unpacking only": seconds(lambda: only_unpack(ours, chunks), times),
@@ -104,7 +104,7 @@ def one_session(folder: Path, timesteps: int, times: int) -> Path:
     return ours
 
 
-def growth(folder: Path, sessions: int, timesteps: int) -> None:
+def growth(paths: Sequence[Path], sessions: int) -> None:
     """Print time and memory of reading sessions one after another, in a fresh process."""
     code = (
         "import sys, time\n"
@@ -114,18 +114,12 @@ def growth(folder: Path, sessions: int, timesteps: int) -> None:
         "rows = sum(len(reading.frame_of(Path(p))) for p in sys.argv[1:])\n"
         "print(time.perf_counter() - begun, rows, reading.peak_mib())\n"
     )
-    paths = [
-        write_ours(folder, f"s{number}", 12, timesteps, number)
-        for number in range(min(sessions, 10))
-    ]
     given = [str(paths[number % len(paths)]) for number in range(sessions)]
     done = subprocess.run(
         [sys.executable, "-c", code, *given], capture_output=True, text=True, check=True
     )
     taken, rows, mib = done.stdout.split()
     print(f"  {sessions:4d} sessions   {float(taken):7.2f} s   {int(rows):,} rows   peak {mib} MiB")
-    for path in paths:
-        path.unlink()
 
 
 def peak_mib() -> int:
@@ -143,9 +137,9 @@ def main() -> None:
         print(f"One session of 12 robots, {timesteps:,} timesteps, to a DataFrame:")
         one_session(folder, timesteps, 5 if quick else 15)
         print("Several, one after another:")
-        run = functools.partial(growth, folder, timesteps=timesteps)
+        paths = [write_ours(folder, f"s{number}", 12, timesteps, number) for number in range(10)]
         for sessions in (1, 10, 12, 100):
-            run(sessions=sessions)
+            growth(paths, sessions)
 
 
 if __name__ == "__main__":

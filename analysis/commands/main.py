@@ -9,6 +9,7 @@ from rich.console import Console
 
 from analysis.commands import export, report, tables
 from study.errors import StudyError
+from study.version_option import VersionOption
 
 app = typer.Typer(
     name="analysis",
@@ -17,6 +18,13 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+
+
+@app.callback()
+def analysis(*, version: VersionOption = False) -> None:
+    """Reports, tables and exports, from recordings alone."""
+
+
 app.command("report")(report.report)
 app.command("tables")(tables.tables)
 app.command("export")(export.export)

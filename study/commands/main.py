@@ -6,6 +6,7 @@ import typer
 
 from study.commands import demo, export_foxglove, gallery, recover, replay, run, simulate, validate
 from study.commands.terminal import report_errors
+from study.version_option import VersionOption
 
 app = typer.Typer(
     name="study",
@@ -14,6 +15,13 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+
+
+@app.callback()
+def study(*, version: VersionOption = False) -> None:
+    """Run and record studies of one person and a fleet of robots."""
+
+
 app.command("demo")(demo.demo)
 app.command("run")(run.run)
 app.command("simulate")(simulate.simulate)

@@ -221,7 +221,7 @@ class Recorder:
             pieces = []
             for number, (channel, log_time_ns, data) in enumerate(encoded, self.backlog.sent + 1):
                 pieces += [MESSAGE_HEADER.pack(channel, number, log_time_ns, len(data)), data]
-            framed = frame(FrameKind.MESSAGES, b"".join(pieces))
+            framed = frame(FrameKind.MESSAGES, *pieces)
             self._take(Framed(framed, len(encoded), encoded[-1][1]))
             return self.backlog.sent
 

@@ -8,7 +8,6 @@ lengths, all bytes that are no values, are equal; those are compared, thousands 
 from __future__ import annotations
 
 import dataclasses
-import math
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,8 @@ import numpy.typing as npt
 
 from study.errors import RecordingError
 from study.events.fields import Kind, Record, Wire, wire_fields
-from study.recording.mcap_records import rows_at
+from study.recording.growing import Growing, growing_fields
+from study.recording.mcap_chunks import rows_at
 from study.recording.protobuf_format import (
     ARRAY_DTYPES,
     VARINT,
@@ -32,9 +32,6 @@ _SCALAR_DTYPES: dict[Kind, np.dtype[Any]] = {
     "double": np.dtype("<f8"),
     "bool": np.dtype("?"),
 }
-
-_ROOM_BYTES = 48 * 2**20
-"""Most bytes of one field that are reserved before they are there."""
 
 Columns = dict[str, npt.NDArray[Any]]
 
@@ -60,43 +57,13 @@ class _Layout:
     pattern: npt.NDArray[np.uint8]
 
 
-class _Growing:
-    """An array that is filled from its beginning, so that nothing is copied twice.
-
-    Args:
-        dtype: of the values.
-        shape: of one row.
-        expected: rows for which there is to be room, as far as `_ROOM_BYTES` allow.
-    """
-
-    def __init__(self, dtype: np.dtype[Any], shape: tuple[int, ...], expected: int) -> None:
-        most = _ROOM_BYTES // max(1, dtype.itemsize * math.prod(shape))
-        # Memory that is never written costs nothing.
-        self._room = np.empty((max(1, min(expected, most)), *shape), dtype)
-        self._used = 0
-
-    def extend(self, rows: npt.NDArray[Any]) -> None:
-        """Add rows, [m, ...]."""
-        end = self._used + len(rows)
-        if end > len(self._room):
-            room = np.empty((max(end, 2 * len(self._room)), *self._room.shape[1:]), rows.dtype)
-            room[: self._used] = self._room[: self._used]
-            self._room = room
-        self._room[self._used : end] = rows
-        self._used = end
-
-    def array(self) -> npt.NDArray[Any]:
-        """Return what was added."""
-        return self._room[: self._used]
-
-
 @dataclasses.dataclass(slots=True)
 class _Run:
     """Consecutive messages of one layout, or (without one) decoded records of one shape."""
 
     layout: _Layout | None
     shapes: tuple[tuple[int, ...], ...] = ()
-    fields: dict[str, _Growing] = dataclasses.field(default_factory=dict)
+    fields: dict[str, Growing] = dataclasses.field(default_factory=dict)
     records: list[Record] = dataclasses.field(default_factory=list)
     sequence: list[npt.NDArray[np.uint32]] = dataclasses.field(default_factory=list)
     log_time_ns: list[npt.NDArray[np.uint64]] = dataclasses.field(default_factory=list)
@@ -124,7 +91,7 @@ class ColumnBuilder:
 
     def add(
         self,
-        data: bytes,
+        data: bytes | memoryview,
         sequence: npt.NDArray[np.uint32],
         log_time_ns: npt.NDArray[np.uint64],
         start: npt.NDArray[np.int64],
@@ -144,7 +111,7 @@ class ColumnBuilder:
             [0, *changes.tolist()], [*changes.tolist(), len(start)], strict=True
         ):
             rows = slice(first, last)
-            gathered = rows_at(data, start[rows], int(length[first]))
+            gathered = _rows(data, start[rows], int(length[first]))
             self._add_rows(gathered, sequence[rows], log_time_ns[rows])
 
     def finish(self) -> list[Columns]:
@@ -192,14 +159,7 @@ class ColumnBuilder:
         if layout is None:
             return _Run(None)
         left = self._expected - sum(len(part) for run in self._runs for part in run.sequence)
-        dtypes = layout.dtype
-        return _Run(
-            layout,
-            fields={
-                name: _Growing(dtypes[name].base, dtypes[name].shape, left)
-                for name in layout.shapes
-            },
-        )
+        return _Run(layout, fields=growing_fields(layout.dtype, left))
 
     def _decoded_run(self, record: Record) -> _Run:
         """Return the run of decoded records that a record continues, or a new one."""
@@ -282,6 +242,18 @@ class ColumnBuilder:
                 columns[name] = np.empty(len(values), object)
                 columns[name][:] = values
         return columns
+
+
+def _rows(
+    data: bytes | memoryview, places: npt.NDArray[np.int64], size: int
+) -> npt.NDArray[np.uint8]:
+    """Return `size` bytes from each of the places, uint8 [m, size]; copied if need be."""
+    steps = np.diff(places)
+    if not steps.size or (steps != steps[0]).any() or steps[0] < size:
+        return rows_at(data, places, size)
+    # Equally far from one another, as messages of one topic mostly are.
+    shape, strides = (len(places), size), (int(steps[0]), 1)
+    return np.ndarray(shape, np.uint8, data, int(places[0]), strides)
 
 
 def _fits(row: npt.NDArray[np.uint8], layout: _Layout) -> bool:

@@ -9,20 +9,22 @@ from typing import BinaryIO
 
 from study.errors import RecordingError
 from study.recording import mcap_records, stated
+from study.recording.batches import batches
 from study.recording.descriptors import descriptor_set, message_name
 from study.recording.findings import (
     MAX_CHUNKS,
     MAX_RECORDS,
-    Chunk,
     Findings,
     FoundChunk,
     count_by_channel,
     gaps,
     ordered,
     runs,
+    table,
 )
 from study.recording.identity import CHANNELS, SALVAGED_NUMBERS
 from study.recording.losses import Loss, counts_text
+from study.recording.mcap_index import ChunkTable
 from study.recording.mcap_records import MAGIC, DamagedError, Declaration, ExceedsError
 from study.recording.mcap_summary import (
     Summary,
@@ -64,7 +66,7 @@ class Contents:
     metadata: dict[str, str]
     attachments: dict[str, bytes]
     declarations: tuple[Declaration, ...]
-    chunks: tuple[Chunk, ...]
+    chunks: ChunkTable
     numbers: tuple[tuple[int, int], ...]
     by_channel: dict[int, int]
     found: tuple[FoundChunk, ...] = ()
@@ -149,7 +151,7 @@ def search_contents(stream: BinaryIO, size: int, path: Path) -> Contents:
     chunks = ordered(findings)
     losses = gaps(chunks, continues=findings.continues)
     missing = _missing_by_topic(findings, summary, chunks)
-    places = [chunk.place.start for chunk in chunks]
+    places = [chunk.start for chunk in chunks]
     # In a file whose blocks changed places, damage anywhere may have been its end.
     after_last = last_damage >= 0 and (last_damage > places[-1] if places else True)
     after_last |= places != sorted(places)
@@ -172,7 +174,7 @@ def search_contents(stream: BinaryIO, size: int, path: Path) -> Contents:
         metadata=findings.metadata,
         attachments=findings.attachments,
         declarations=tuple(findings.declarations.values()),
-        chunks=tuple(chunk.place for chunk in chunks),
+        chunks=table(chunks),
         numbers=tuple(run for chunk in chunks for run in runs(chunk)),
         by_channel=dict(count_by_channel(chunks)),
         found=tuple(chunks),
@@ -193,12 +195,14 @@ def _by_index(stream: BinaryIO, size: int, path: Path) -> Contents:
     check_data_section(stream, summary)
     findings = Findings(path, intact=True)
     position = len(MAGIC)
-    end = summary.chunks[0].start if summary.chunks else summary.start
+    if not len(summary.chunks):
+        raise DamagedError("it is to be searched")
+    end = int(summary.chunks.start[0]) - mcap_records.RECORD.size
     while position < end:
         record = record_at(stream, position, size)
         findings.take(record)
         position = record.start + len(record.payload)
-    if not findings.ours or not summary.chunks:
+    if not findings.ours:
         raise DamagedError("it is to be searched")
     findings.check_digests()
     findings.declare(summary.declarations)
@@ -207,7 +211,7 @@ def _by_index(stream: BinaryIO, size: int, path: Path) -> Contents:
     if not set(summary.by_channel) <= set(findings.channels):
         raise DamagedError("its channels are declared nowhere")
     losses = stated.losses(findings.metadata)
-    numbers, origin = _stated_numbers(stream, size, summary, findings)
+    numbers, origin = _stated_numbers(stream, summary, findings)
     if summary.message_count != sum(last - first + 1 for first, last in numbers):
         raise DamagedError("its numbers do not follow one another")
     findings.problems += [loss.text(origin) for loss in losses]
@@ -215,17 +219,6 @@ def _by_index(stream: BinaryIO, size: int, path: Path) -> Contents:
     findings.problems += stated.problems(findings.metadata)
     if lost:
         findings.problems.append(f"Missing in all: {counts_text(lost)}.")
-    chunks = tuple(
-        Chunk(
-            item.start + mcap_records.RECORD.size,
-            item.length - mcap_records.RECORD.size,
-            frozenset(item.index_places),
-            item.index_places,
-            item.index_length,
-        )
-        for item in summary.chunks
-        if item.index_places
-    )
     return Contents(
         complete=not findings.problems,
         problems=(*findings.problems, *_unknown_topics(findings)),
@@ -234,7 +227,7 @@ def _by_index(stream: BinaryIO, size: int, path: Path) -> Contents:
         metadata=findings.metadata,
         attachments=findings.attachments,
         declarations=tuple(findings.declarations.values()),
-        chunks=chunks,
+        chunks=summary.chunks,
         numbers=numbers,
         by_channel=summary.by_channel,
     )
@@ -320,18 +313,17 @@ def _end(
 
 
 def _stated_numbers(
-    stream: BinaryIO, size: int, summary: Summary, findings: Findings
+    stream: BinaryIO, summary: Summary, findings: Findings
 ) -> tuple[tuple[tuple[int, int], ...], int]:
     """Return the numbers that a whole file holds, and the log time of its first record."""
     first: list[int] = []
     origin = last = 0
-    for item in [*summary.chunks[:3], summary.chunks[-1]]:
-        payload = record_at(stream, item.start, size).payload
-        messages, _ = mcap_records.chunk_messages(mcap_records.chunk_data(payload))
-        if messages.sequence.size:
-            origin = origin or int(messages.log_time_ns[0])
-            first += messages.sequence[:2].tolist()
-            last = int(messages.sequence[-1])
+    chunks, channels = summary.chunks, frozenset(summary.chunks.places)
+    for chunk in (*chunks.each(slice(0, 3)), *chunks.each(slice(-1, None))):
+        for batch in batches(stream, chunk, channels):
+            origin = origin or int(batch.messages.log_time_ns[0])
+            first += batch.messages.sequence[:2].tolist()
+            last = int(batch.messages.sequence[-1])
     if SALVAGED_NUMBERS in findings.metadata:
         return stated.pairs(findings.metadata[SALVAGED_NUMBERS]), origin
     if not first:

@@ -23,6 +23,8 @@ from study.recording.identity import (
     metadata_digest,
 )
 from study.recording.losses import Loss
+from study.recording.mcap_chunks import chunk_data, chunk_messages
+from study.recording.mcap_index import ChunkTable
 from study.recording.mcap_records import DamagedError, Declaration, ExceedsError, TopLevel
 
 MAX_RECORDS: Final = 5_000_000
@@ -32,32 +34,14 @@ MAX_ATTACHMENTS_BYTES: Final = 96 * 2**20
 """Most bytes of all attachments together."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
-class Chunk:
-    """Where one chunk is, and what is in it.
-
-    Attributes:
-        start: place of its payload in the file, bytes.
-        length: of the payload, bytes.
-        channels: those that it has messages of.
-        index_places: where in the file the message index of each channel begins; None if
-            there is none that can be trusted.
-        index_length: of the message indexes right after the chunk, bytes.
-    """
-
-    start: int
-    length: int
-    channels: frozenset[int]
-    index_places: dict[int, int] | None = None
-    index_length: int = 0
-
-
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class FoundChunk:
     """A chunk whose checksum is right.
 
     Attributes:
-        place: where it is.
+        start: place of its payload in the file, bytes.
+        length: of the payload, bytes.
+        size: of its records once unpacked, bytes.
         sequence: numbers of its records, increasing, uint32 [m].
         first_ns: log time of its first record.
         last_ns: log time of its last record.
@@ -65,7 +49,9 @@ class FoundChunk:
         checksum: of the packed chunk, to know a second copy by.
     """
 
-    place: Chunk
+    start: int
+    length: int
+    size: int
     sequence: npt.NDArray[np.uint32]
     first_ns: int
     last_ns: int
@@ -209,8 +195,8 @@ class Findings:
         self.attachments.setdefault(name, data)
 
     def _take_chunk(self, record: TopLevel) -> None:
-        data = mcap_records.chunk_data(record.payload)
-        messages, declared = mcap_records.chunk_messages(data)
+        data = chunk_data(record.payload)
+        messages, declared = chunk_messages(data)
         if (np.diff(messages.sequence.astype(np.int64)) <= 0).any():
             raise DamagedError("its records are out of order")
         self._records += len(messages.sequence)
@@ -226,7 +212,9 @@ class Findings:
         by_channel = dict(zip(channels.tolist(), counts.tolist(), strict=True))
         self.chunks.append(
             FoundChunk(
-                Chunk(record.start, len(record.payload), frozenset(by_channel)),
+                record.start,
+                len(record.payload),
+                len(data),
                 messages.sequence,
                 int(messages.log_time_ns[0]),
                 int(messages.log_time_ns[-1]),
@@ -283,6 +271,17 @@ def count_by_channel(chunks: list[FoundChunk]) -> Counter[int]:
     for chunk in chunks:
         total.update(chunk.by_channel)
     return total
+
+
+def table(chunks: list[FoundChunk]) -> ChunkTable:
+    """Return where chunks are; their message indexes were not looked at."""
+    rows = [(chunk.start, chunk.length, chunk.size) for chunk in chunks]
+    start, length, size = np.array(rows, np.int64).reshape(-1, 3).T
+    places = {
+        channel: np.array([channel in chunk.by_channel for chunk in chunks], np.int64)
+        for channel in count_by_channel(chunks)
+    }
+    return ChunkTable(start, length, size, start + length, places, indexed=False)
 
 
 def runs(chunk: FoundChunk) -> list[tuple[int, int]]:

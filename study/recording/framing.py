@@ -43,15 +43,16 @@ class FrameKind(IntEnum):
     """Words, UTF-8: something went wrong outside and was mended."""
 
 
-def frame(kind: FrameKind, payload: bytes = b"") -> bytes:
-    """Return one frame.
+def frame(kind: FrameKind, *pieces: bytes) -> bytes:
+    """Return one frame, whose payload is given in pieces so that it is copied once only.
 
     Raises:
         ValueError: the payload is longer than `MAX_PAYLOAD`.
     """
-    if len(payload) > MAX_PAYLOAD:
-        raise ValueError(f"{len(payload)} bytes are more than the {MAX_PAYLOAD} of one frame")
-    return _HEADER.pack(kind, len(payload)) + payload
+    length = sum(map(len, pieces))
+    if length > MAX_PAYLOAD:
+        raise ValueError(f"{length} bytes are more than the {MAX_PAYLOAD} of one frame")
+    return b"".join((_HEADER.pack(kind, length), *pieces))
 
 
 def split_messages(payload: bytes) -> Iterator[tuple[int, int, int, bytes]]:

@@ -12,36 +12,19 @@ import struct
 import zlib
 from typing import Final
 
-import numpy as np
-import numpy.typing as npt
-import zstandard
-
 MAGIC: Final = b"\x89MCAP0\r\n"
 MAX_CHUNK_BYTES: Final = 48 * 2**20
 """Largest chunk accepted, compressed or not; the writer's have some 1 MiB and one record."""
 MAX_RECORD_BYTES: Final = 64 * 2**20
 """Largest record accepted, attachments too."""
-MAX_CHUNK_MESSAGES: Final = 100_000
 
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK = 0x01, 0x02, 0x03, 0x04, 0x05, 0x06
 MESSAGE_INDEX, CHUNK_INDEX, ATTACHMENT, STATISTICS = 0x07, 0x08, 0x09, 0x0B
 METADATA, DATA_END = 0x0C, 0x0F
 
 RECORD: Final = struct.Struct("<BQ")
-MESSAGE_HEAD: Final = struct.Struct("<BQHIQQ")
-_CHUNK = struct.Struct("<QQQI")
 _U32 = struct.Struct("<I")
 _U64 = struct.Struct("<Q")
-_MESSAGE_DTYPE: Final = np.dtype(
-    [
-        ("opcode", "u1"),
-        ("length", "<u8"),
-        ("channel", "<u2"),
-        ("sequence", "<u4"),
-        ("log_time", "<u8"),
-        ("publish_time", "<u8"),
-    ]
-)
 
 
 class DamagedError(Exception):
@@ -67,25 +50,6 @@ class TopLevel:
     payload: bytes
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
-class Messages:
-    """Messages, of one chunk or of several, without their data.
-
-    Attributes:
-        channel: uint16 [m].
-        sequence: uint32 [m].
-        log_time_ns: uint64 [m].
-        start: place of the data in the uncompressed bytes, int64 [m].
-        length: of the data, bytes, int64 [m].
-    """
-
-    channel: npt.NDArray[np.uint16]
-    sequence: npt.NDArray[np.uint32]
-    log_time_ns: npt.NDArray[np.uint64]
-    start: npt.NDArray[np.int64]
-    length: npt.NDArray[np.int64]
-
-
 @dataclasses.dataclass(frozen=True, slots=True)
 class Declaration:
     """A schema or a channel, as it is in the file.
@@ -106,125 +70,6 @@ class Declaration:
         return text_at(self.payload, 4)[0]
 
 
-def chunk_size(payload: bytes) -> int:
-    """Return how many bytes a chunk's records have once unpacked.
-
-    Args:
-        payload: the chunk, or its first 32 bytes.
-
-    Raises:
-        DamagedError: the chunk is cut off.
-        ExceedsError: they would be too many.
-    """
-    if len(payload) < _CHUNK.size:
-        raise DamagedError("it is cut off")
-    size: int = _CHUNK.unpack_from(payload)[2]
-    if size > MAX_CHUNK_BYTES:
-        raise ExceedsError(f"it would have {size} bytes, more than {MAX_CHUNK_BYTES}")
-    return size
-
-
-def chunk_data(payload: bytes, unpacker: zstandard.ZstdDecompressor | None = None) -> bytes:
-    """Return a chunk's records, uncompressed and checked.
-
-    Args:
-        payload: the chunk, without opcode and length.
-        unpacker: to be used again from chunk to chunk; not by two threads at once.
-
-    Raises:
-        DamagedError: the chunk is not what its checksum says, or too large.
-    """
-    try:
-        size = chunk_size(payload)
-        checksum = _CHUNK.unpack_from(payload)[3]
-        compression, position = text_at(payload, _CHUNK.size)
-        (length,) = _U64.unpack_from(payload, position)
-        packed = memoryview(payload)[position + _U64.size :]
-        if length != len(packed):
-            raise DamagedError("its length is wrong")
-        if compression == "zstd":
-            unpacker = unpacker or zstandard.ZstdDecompressor()
-            # The frame's own statement decides how much is allocated.
-            if zstandard.get_frame_parameters(packed).content_size != size:
-                raise DamagedError("its sizes contradict each other")
-            data: bytes = unpacker.decompress(packed, max_output_size=size)
-        elif compression == "":
-            data = bytes(packed)
-        else:
-            raise DamagedError(f'its compression "{compression[:20]}" is not supported')
-    except (struct.error, UnicodeDecodeError, zstandard.ZstdError, MemoryError) as error:
-        raise DamagedError(f"it cannot be unpacked ({error})") from error
-    if len(data) != size or zlib.crc32(data) != checksum:
-        raise DamagedError("its checksum is wrong")
-    return data
-
-
-def chunk_messages(data: bytes) -> tuple[Messages, list[Declaration]]:
-    """Return where a chunk's messages are, and the schemas and channels it declares.
-
-    Raises:
-        DamagedError: the records do not fill the chunk, or are too many.
-    """
-    places: list[int] = []
-    declared: list[Declaration] = []
-    position, size = 0, len(data)
-    try:
-        while position < size:
-            opcode, length = RECORD.unpack_from(data, position)
-            start = position + RECORD.size
-            if length > size - start:
-                raise DamagedError("a record reaches beyond its end")
-            if opcode == MESSAGE:
-                places.append(position)
-                if len(places) > MAX_CHUNK_MESSAGES:
-                    raise ExceedsError(f"it has more than {MAX_CHUNK_MESSAGES} messages")
-            elif opcode in {SCHEMA, CHANNEL}:
-                declared.append(declaration(opcode, data[start : start + length]))
-            position = start + length
-    except (struct.error, UnicodeDecodeError) as error:
-        raise DamagedError(f"its records cannot be read ({error})") from error
-    return messages_at(data, np.array(places, np.int64)), declared
-
-
-def rows_at(data: bytes, places: npt.NDArray[np.int64], size: int) -> npt.NDArray[np.uint8]:
-    """Return `size` bytes from each of the places, copied: uint8 [m, size].
-
-    Raises:
-        IndexError: one of them reaches beyond the end.
-    """
-    if not places.size or not size:
-        return np.zeros((len(places), size), np.uint8)
-    # An item of that size at every byte: choosing among them copies each in one go, where a
-    # place for every byte would be eight times the data.
-    everywhere = np.ndarray((max(0, len(data) - size + 1),), f"V{size}", data, strides=(1,))
-    return everywhere[places].view(np.uint8).reshape(len(places), size)
-
-
-def messages_at(data: bytes, places: npt.NDArray[np.int64]) -> Messages:
-    """Return the messages that begin at the given places of a chunk.
-
-    Raises:
-        DamagedError: there is none at one of them.
-    """
-    body = MESSAGE_HEAD.size
-    if places.size and (int(places.min()) < 0 or int(places.max()) > len(data) - body):
-        raise DamagedError("a message is too short")
-    heads = rows_at(data, places, body).view(_MESSAGE_DTYPE).reshape(-1)
-    # Unsigned, so a length of 2**63 stays larger than the room.
-    room = (len(data) - places - RECORD.size).astype(np.uint64)
-    if (heads["opcode"] != MESSAGE).any():
-        raise DamagedError("there is no message where one should be")
-    if (heads["length"] < body - RECORD.size).any() or (heads["length"] > room).any():
-        raise DamagedError("a message is too short")
-    return Messages(
-        heads["channel"].astype(np.uint16),
-        heads["sequence"].astype(np.uint32),
-        heads["log_time"].astype(np.uint64),
-        places + body,
-        heads["length"].astype(np.int64) - (body - RECORD.size),
-    )
-
-
 def declaration(opcode: int, payload: bytes) -> Declaration:
     """Return a schema or channel record, checked as far as it is used.
 
@@ -237,7 +82,7 @@ def declaration(opcode: int, payload: bytes) -> Declaration:
     return Declaration(opcode, number, payload)
 
 
-def text_at(data: bytes, position: int) -> tuple[str, int]:
+def text_at(data: bytes | memoryview, position: int) -> tuple[str, int]:
     """Return the length-prefixed text at a place, and the place after it.
 
     Raises:

@@ -8,13 +8,13 @@ import struct
 import zlib
 from typing import BinaryIO, Final
 
+from study.recording.mcap_index import ChunkTable, index_table
 from study.recording.mcap_records import (
     CHANNEL,
     CHUNK_INDEX,
     DATA_END,
     FOOTER,
     MAGIC,
-    MAX_CHUNK_BYTES,
     MAX_RECORD_BYTES,
     RECORD,
     SCHEMA,
@@ -24,31 +24,13 @@ from study.recording.mcap_records import (
     ExceedsError,
     TopLevel,
     declaration,
-    text_at,
 )
 
 FOOTER_BYTES: Final = RECORD.size + 20 + len(MAGIC)
 DATA_END_BYTES: Final = RECORD.size + 4
 _STATISTICS = struct.Struct("<QHIIIIQQ")
-_INDEX = struct.Struct("<QQQQI")
-_CRC_BLOCK: Final = 2**20
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class IndexedChunk:
-    """What the chunk index says of one chunk.
-
-    Attributes:
-        start: place of the chunk's record in the file, bytes.
-        length: of the record, with opcode and length, bytes.
-        index_length: of the message indexes right after it, bytes.
-        index_places: where in the file the message index of each channel begins.
-    """
-
-    start: int
-    length: int
-    index_length: int
-    index_places: dict[int, int]
+_PAIR = struct.Struct("<HQ")
+_CRC_BLOCK: Final = 2**18
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -65,7 +47,7 @@ class Summary:
 
     start: int
     declarations: tuple[Declaration, ...]
-    chunks: tuple[IndexedChunk, ...]
+    chunks: ChunkTable
     message_count: int
     by_channel: dict[int, int]
 
@@ -124,18 +106,21 @@ def _checksum(stream: BinaryIO, size: int) -> int | None:
     """Return the CRC-32 of a file's first bytes; None if it has not so many."""
     stream.seek(0)
     left, checksum = size, 0
+    # One block's memory for all: new memory for each costs as much as the checksum.
+    block = memoryview(bytearray(_CRC_BLOCK))
     while left > 0:
-        block = stream.read(min(left, _CRC_BLOCK))
-        if not block:
+        count = stream.readinto(block[: min(left, _CRC_BLOCK)])  # type: ignore[attr-defined]
+        if not count:
             return None
-        checksum = zlib.crc32(block, checksum)
-        left -= len(block)
+        checksum = zlib.crc32(block[:count], checksum)
+        left -= count
     return checksum
 
 
 def _parse(data: bytes, start: int) -> Summary:
     declarations: list[Declaration] = []
-    chunks: list[IndexedChunk] = []
+    at: list[int] = []
+    lengths: list[int] = []
     count, by_channel = 0, dict[int, int]()
     position = 0
     while position < len(data):
@@ -143,34 +128,18 @@ def _parse(data: bytes, start: int) -> Summary:
         position += RECORD.size
         if length > len(data) - position:
             raise DamagedError("a record of the summary is cut off")
-        payload = data[position : position + length]
-        if opcode in {SCHEMA, CHANNEL}:
-            declarations.append(declaration(opcode, payload))
+        if opcode == CHUNK_INDEX:
+            at.append(position)
+            lengths.append(length)
+        elif opcode in {SCHEMA, CHANNEL}:
+            declarations.append(declaration(opcode, data[position : position + length]))
         elif opcode == STATISTICS:
+            payload = data[position : position + length]
             count = _STATISTICS.unpack_from(payload)[0]
             by_channel = dict(_pairs(payload, _STATISTICS.size))
-        elif opcode == CHUNK_INDEX:
-            chunks.append(_indexed_chunk(payload, start))
         position += length
-    chunks.sort(key=lambda item: item.start)
-    return Summary(start, tuple(declarations), tuple(chunks), count, by_channel)
-
-
-def _indexed_chunk(payload: bytes, end: int) -> IndexedChunk:
-    _, _, start, length, pairs_length = _INDEX.unpack_from(payload)
-    places = dict(_pairs(payload, _INDEX.size - 4))
-    (index_length,) = struct.unpack_from("<Q", payload, _INDEX.size + pairs_length)
-    at_sizes = _INDEX.size + pairs_length + 8
-    _, at_sizes = text_at(payload, at_sizes)
-    if struct.unpack_from("<QQ", payload, at_sizes)[1] > MAX_CHUNK_BYTES:
-        raise ExceedsError(
-            f"the chunk at byte {start} would have more than {MAX_CHUNK_BYTES} bytes"
-        )
-    if start + length + index_length > end or length < RECORD.size:
-        raise DamagedError("the index points beyond the data")
-    if any(not start + length <= place < end for place in places.values()):
-        raise DamagedError("the index points beyond the data")
-    return IndexedChunk(start, length, index_length, places)
+    chunks = index_table(data, at, lengths, start)
+    return Summary(start, tuple(declarations), chunks, count, by_channel)
 
 
 def _pairs(payload: bytes, position: int) -> list[tuple[int, int]]:
@@ -179,4 +148,4 @@ def _pairs(payload: bytes, position: int) -> list[tuple[int, int]]:
     begin = position + 4
     if length % 10 or begin + length > len(payload):
         raise DamagedError("a map of the summary is malformed")
-    return list(struct.iter_unpack("<HQ", payload[begin : begin + length]))
+    return list(_PAIR.iter_unpack(payload[begin : begin + length]))

@@ -23,9 +23,9 @@ from study.events.fields import Family, Record
 from study.recording.batches import Batch, batches
 from study.recording.columns import ColumnBuilder
 from study.recording.contents import read_contents
-from study.recording.findings import Chunk
 from study.recording.identity import SALVAGED_FROM
 from study.recording.losses import Loss
+from study.recording.mcap_index import ChunkTable
 from study.recording.mcap_records import DamagedError
 from study.recording.wire import decode, record_types_by_topic
 
@@ -71,7 +71,7 @@ class Recording:
     metadata: dict[str, str]
     attachments: dict[str, bytes]
     channels: dict[int, str] = dataclasses.field(repr=False)
-    chunks: tuple[Chunk, ...] = dataclasses.field(repr=False)
+    chunks: ChunkTable = dataclasses.field(repr=False)
     losses: tuple[Loss, ...] = ()
     lost_by_topic: dict[str, int] = dataclasses.field(default_factory=dict)
     numbers: tuple[tuple[int, int], ...] = dataclasses.field(default=(), repr=False)
@@ -175,7 +175,7 @@ class Recording:
                 messages.length.tolist(),
                 strict=True,
             ):
-                payload = batch.data[start : start + length]
+                payload = bytes(batch.data[start : start + length])
                 yield RawRecord(sequence, self.channels[channel], log_time, payload)
 
     def _batches(self, topics: set[str]) -> Iterator[Batch]:

@@ -35,6 +35,7 @@ from study.recording.identity import (
     metadata_digest,
 )
 from study.recording.losses import Loss, to_json
+from study.recording.mcap_chunks import MESSAGE_HEAD, chunk_data, chunk_messages
 from study.recording.mcap_records import RECORD, Declaration, text
 from study.recording.opening import LIBRARY
 
@@ -123,8 +124,8 @@ def _write(stream: BinaryIO, contents: Contents, digest: str, target: Path) -> P
         out.attachment(name, data)
     out.declare(contents.declarations)
     for chunk in contents.found:
-        stream.seek(chunk.place.start)
-        out.chunk(stream.read(chunk.place.length), chunk)
+        stream.seek(chunk.start)
+        out.chunk(stream.read(chunk.length), chunk)
     out.finish()
     return file.publish()
 
@@ -197,7 +198,7 @@ class _McapFile:
 
     def chunk(self, payload: bytes, found: FoundChunk) -> None:
         """Write a chunk verbatim, and its message indexes anew."""
-        messages, _ = records.chunk_messages(records.chunk_data(payload))
+        messages, _ = chunk_messages(chunk_data(payload))
         where = self.record(records.CHUNK, payload)
         places: dict[int, int] = {}
         begin = self._file.tell()
@@ -205,7 +206,7 @@ class _McapFile:
             chosen = messages.channel == channel
             entries = np.zeros(count, _INDEX_ENTRY)
             entries["log_time"] = messages.log_time_ns[chosen]
-            entries["place"] = messages.start[chosen] - records.MESSAGE_HEAD.size
+            entries["place"] = messages.start[chosen] - MESSAGE_HEAD.size
             index = struct.pack("<HI", channel, entries.nbytes) + entries.tobytes()
             places[channel] = self.record(records.MESSAGE_INDEX, index)[0]
             self._counts[channel] = self._counts.get(channel, 0) + count

@@ -5,7 +5,9 @@ on standard input and answers on standard output. When its input ends, for whate
 it completes the file: a study that is killed leaves a complete recording behind.
 
 The main thread drains the pipe and writes; a second thread closes a chunk and waits for the
-disk every half second, so that a slow disk never holds up the pipe.
+disk every half second, so that a slow disk never holds up the pipe. The pipe is looked at by the
+clock, not waited at: waking a process costs the one that writes, which is the study in the midst
+of a timestep.
 
 A hook for tests: with ``SCALED_AUTONOMY_FAIL_SYNC_AFTER=N`` in the environment every wait for
 the disk after the N-th fails with an input/output error, as on a broken disk.
@@ -21,6 +23,8 @@ import os
 import signal
 import sys
 import threading
+import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +33,9 @@ from study.recording.framing import SEQUENCE, FrameKind, FrameSplitter, frame, s
 
 FLUSH_INTERVAL = 0.5
 """Seconds between two chunks: what at most is lost when the machine itself stops."""
+
+LOOK_INTERVAL = 0.005
+"""Seconds between two looks at a pipe that was empty."""
 
 FAIL_SYNC_AFTER = "SCALED_AUTONOMY_FAIL_SYNC_AFTER"
 
@@ -155,7 +162,7 @@ def main() -> int:
 def _serve() -> None:
     splitter = FrameSplitter()
     writer: RecordingWriter | None = None
-    while data := os.read(_STDIN, _READ_SIZE):
+    for data in _arrivals():
         frames = list(splitter.feed(data))
         if writer is None and frames:
             writer = RecordingWriter(json.loads(frames.pop(0)[1]))
@@ -164,6 +171,21 @@ def _serve() -> None:
             writer.add(frames)
     if writer is not None:
         _answer(FrameKind.FINISHED, str(writer.finish()).encode())
+
+
+def _arrivals() -> Iterator[bytes]:
+    """Yield what comes through the pipe, until it ends."""
+    if os.name == "posix":
+        os.set_blocking(_STDIN, False)
+    while True:
+        try:
+            data = os.read(_STDIN, _READ_SIZE)
+        except BlockingIOError:
+            time.sleep(LOOK_INTERVAL)
+            continue
+        if not data:
+            return
+        yield data
 
 
 def _answer(kind: FrameKind, payload: bytes = b"") -> None:

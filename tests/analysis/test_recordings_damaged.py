@@ -24,7 +24,7 @@ def damaged(tmp_path_factory: pytest.TempPathFactory) -> Path:
     chunks = read_recording(first).chunks
     data = bytearray(first.read_bytes())
     # The first chunks hold the opened session, without which nothing can be analysed.
-    place = chunks[-2].start + 80
+    place = chunks.start[-2] + 80
     data[place : place + 20] = b"\xff" * 20
     first.write_bytes(data)
     return folder

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import os
 import subprocess
 import sys
@@ -41,6 +42,16 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert "1 simulated participant (seed " in done.stdout
     (path,) = folder.glob("*.mcap")
     return path
+
+
+@pytest.mark.parametrize("command", ["study", "analysis"])
+def test_version(command: str) -> None:
+    """Both command lines tell which version they are."""
+    program = Path(sys.executable).with_name(command)
+    done = subprocess.run([program, "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout.startswith(
+        f"scaled-autonomy {importlib.metadata.version('scaled-autonomy')}"
+    )
 
 
 def test_validate_prints_dwell_and_minutes() -> None:

@@ -24,13 +24,8 @@ from study.events.fields import Record, record_types
 from study.events.inputs import FleetObserved
 from study.recording.client import Recorder
 from study.recording.identity import FORMAT_VERSION, PROFILE
-from study.recording.mcap_records import (
-    MAX_CHUNK_BYTES,
-    MAX_CHUNK_MESSAGES,
-    DamagedError,
-    chunk_data,
-    chunk_messages,
-)
+from study.recording.mcap_chunks import MAX_CHUNK_MESSAGES, chunk_data, chunk_messages
+from study.recording.mcap_records import MAX_CHUNK_BYTES, DamagedError
 from study.recording.reader import RawRecord, Recording, read_recording
 from study.recording.wire import encode
 

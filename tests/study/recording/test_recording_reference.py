@@ -16,7 +16,8 @@ from study.recording.identity import (
     SALVAGED_PROBLEMS,
     SELF_DIGEST,
 )
-from study.recording.mcap_records import MAX_CHUNK_BYTES, MAX_CHUNK_MESSAGES, MAX_RECORD_BYTES
+from study.recording.mcap_chunks import MAX_CHUNK_MESSAGES
+from study.recording.mcap_records import MAX_CHUNK_BYTES, MAX_RECORD_BYTES
 from study.recording.reader import read_recording
 from study.recording.reference import BEGIN, DEFAULT_FILE, END, insert, main
 

@@ -7,6 +7,7 @@ import json
 import struct
 import zlib
 from pathlib import Path
+from typing import Any, BinaryIO
 
 import numpy as np
 import pytest
@@ -19,10 +20,11 @@ from study.commands.main import app
 from study.errors import RecordingError
 from study.events.inputs import FleetObserved
 from study.events.shell import Note
-from study.recording import batches, mcap_records
+from study.recording import batches
 from study.recording.client import Recorder
 from study.recording.identity import PROFILE, SELF_DIGEST, metadata_digest
 from study.recording.losses import Loss
+from study.recording.mcap_index import ChunkTable
 from study.recording.mcap_records import MAGIC, text
 from study.recording.reader import Recording, read_recording
 from study.recording.salvage import salvage
@@ -71,7 +73,7 @@ def test_chunks_after_the_damage_are_found(whole: Path, tmp_path: Path) -> None:
     """Of a file damaged in the middle only that chunk is lost; numbers and topics are told."""
     original = read_recording(whole)
     full = list(original.raw())
-    damaged = spoil(whole, tmp_path / "damaged.mcap", original.chunks[4].start + 60)
+    damaged = spoil(whole, tmp_path / "damaged.mcap", original.chunks.start[4] + 60)
     lost = read_recording(damaged)
     held = {raw.sequence for raw in lost.raw()}
     assert [raw for raw in full if raw.sequence in held] == list(lost.raw())
@@ -88,7 +90,7 @@ def test_chunks_after_the_damage_are_found(whole: Path, tmp_path: Path) -> None:
 
 def test_a_salvaged_file_says_so(whole: Path, tmp_path: Path) -> None:
     """It is whole for any reader, and states its origin's hash and what is missing."""
-    damaged = spoil(whole, tmp_path / "damaged.mcap", read_recording(whole).chunks[3].start + 60)
+    damaged = spoil(whole, tmp_path / "damaged.mcap", read_recording(whole).chunks.start[3] + 60)
     before = damaged.read_bytes()
     done = salvage(damaged, tmp_path / "new.mcap")
     lost, new = read_recording(damaged), read_recording(done.path)
@@ -106,11 +108,11 @@ def test_a_salvaged_file_says_so(whole: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize("torn", [False, True])
 def test_a_lost_beginning_loses_no_channel(whole: Path, tmp_path: Path, torn: bool) -> None:
     """Without the chunk that declares the channels, summary or metadata still tell them."""
-    first = read_recording(whole).chunks[0]
-    damaged = spoil(whole, tmp_path / "damaged.mcap", first.start + 60)
+    first = read_recording(whole).chunks.start[0]
+    damaged = spoil(whole, tmp_path / "damaged.mcap", first + 60)
     if torn:
         data = damaged.read_bytes()
-        damaged.write_bytes(data[: read_recording(whole).chunks[-1].start])
+        damaged.write_bytes(data[: read_recording(whole).chunks.start[-1]])
     lost = read_recording(damaged)
     assert lost.losses[0] == Loss(0, 0, None, lost.losses[0].before_ns)
     assert len(list(lost.records())) == len(lost.sequences) > 50
@@ -133,7 +135,7 @@ def test_exit_statuses(whole: Path, tmp_path: Path) -> None:
     assert read_recording(tmp_path / "P01_salvaged.mcap").complete
     with pytest.raises(RecordingError, match="exists already"):
         salvage(unfinished, tmp_path / "P01_salvaged.mcap")
-    torn = data[: read_recording(whole).chunks[-1].start]
+    torn = data[: read_recording(whole).chunks.start[-1]]
     unfinished.write_bytes(torn)
     status, said = run(unfinished, "-o", tmp_path / "new.mcap")
     assert (status, "Lost" in said) == (3, True)
@@ -215,13 +217,13 @@ def test_rare_topics_leave_other_chunks_alone(whole: Path, monkeypatch: pytest.M
     """Of an indexed file only the chunks that hold the topic are unpacked."""
     recording = read_recording(whole)
     unpacked: list[int] = []
-    real = mcap_records.chunk_data
+    real = batches._load
 
-    def counted(payload: bytes, unpacker: zstandard.ZstdDecompressor) -> bytes:
-        unpacked.append(len(payload))
-        return real(payload, unpacker)
+    def counted(stream: BinaryIO, chunks: ChunkTable, *others: Any) -> batches.Batch:
+        unpacked.extend(chunks.start.tolist())
+        return real(stream, chunks, *others)
 
-    monkeypatch.setattr(batches, "chunk_data", counted)
+    monkeypatch.setattr(batches, "_load", counted)
     assert len(list(recording.records("shell/note"))) == 21
     assert 0 < len(unpacked) < len(recording.chunks)
     unpacked.clear()
