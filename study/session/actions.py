@@ -6,6 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from study.events.codes import ActionSource
+from study.events.task_description import TaskDescription
+from study.seat_settings import KeyPart
 
 Actions = npt.NDArray[np.int32]
 
@@ -42,3 +44,13 @@ def decide_actions(
             sources[operated] = ActionSource.OPERATOR_IDLE
     actions[~active] = idle
     return actions, sources
+
+
+def key_actions(keys: KeyPart, description: TaskDescription) -> dict[str, int]:
+    """Return the action that each key asks for, of those that the task has."""
+    directions = {keys.up: "up", keys.down: "down", keys.left: "left", keys.right: "right"}
+    return {
+        key: description.key_actions[direction]
+        for key, direction in directions.items()
+        if direction in description.key_actions
+    }

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from study.events.events import ComprehensionChecked, Deviation
+from study.events.events import Deviation
 from study.events.inputs import Input
+from study.events.participant_events import ComprehensionChecked
 from study.messages import noted
 from study.questionnaire import Item, Questionnaire
 from study.seat_settings import ComprehensionPart

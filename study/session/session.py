@@ -6,13 +6,11 @@ The same inputs give the same events, byte for byte, on any machine.
 from __future__ import annotations
 
 import dataclasses
-import json
-from typing import Any, Literal
+from typing import Literal
 
 from study.errors import RecordingError
 from study.events.codes import Phase
 from study.events.events import (
-    ConsentGiven,
     Deviation,
     Event,
     Paused,
@@ -36,15 +34,16 @@ from study.events.inputs import (
     TimestepDue,
     WindowChanged,
 )
+from study.events.participant_events import ConsentGiven
 from study.events.task_description import TaskDescription
-from study.messages import SOURCE, Messages, locales, messages_for, noted
+from study.messages import Messages, noted
 from study.protocol import parse_protocol
-from study.questionnaire import Questionnaire
 from study.screens import PauseScreen, Screen
 from study.seat_settings import ConsentPart
 from study.session.consent import consent_sha256
 from study.session.context import Context, Knowledge, Outbox
 from study.session.effects import Effect, EnsureDurable, EraseRecording, Finish, SetPace, Show
+from study.session.opening import questionnaires_of, texts_of
 from study.session.plan import (
     FitPlan,
     PagesPlan,
@@ -136,7 +135,7 @@ class Session:
                 f"the order opened with is {', '.join(given.order)}; "
                 f"the protocol's conditions are {', '.join(names)}"
             )
-        questionnaires = _questionnaires(given.questionnaires_json)
+        questionnaires = questionnaires_of(given.questionnaires_json)
         missing = {use.name for use in protocol.questionnaires} - questionnaires.keys()
         if missing:
             raise RecordingError(f"no questionnaire {', '.join(sorted(missing))} was opened with")
@@ -148,7 +147,7 @@ class Session:
             seed=given.seed,
             order=given.order,
             knowledge=Knowledge(),
-            messages=self._messages or _messages(protocol.study.language),
+            messages=self._messages or texts_of(protocol.study.language),
             rules=given.rules,
         )
         self._plans = stage_plans(protocol, given.order)
@@ -340,19 +339,6 @@ class Session:
         self.complete = complete
         out.events.append(SessionEnded(t_ns, complete, reason))
         out.effects += [SetPace(0.0), EnsureDurable(), Finish()]
-
-
-def _messages(language: str) -> Messages:
-    """Return a language's texts; English where a recording's language is not known here."""
-    return messages_for(language if language in locales() else SOURCE)
-
-
-def _questionnaires(text: str) -> dict[str, Questionnaire]:
-    try:
-        raw: dict[str, Any] = json.loads(text or "{}")
-        return {name: Questionnaire.model_validate(item) for name, item in raw.items()}
-    except (ValueError, AttributeError) as error:
-        raise RecordingError(f"the questionnaires opened with cannot be read: {error}") from error
 
 
 def _moves_the_screen(effect: Effect) -> bool:

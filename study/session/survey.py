@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from study.events.codes import Phase
-from study.events.events import AnswerChanged, InstrumentScored, QuestionAnswered, TextAnswered
+from study.events.events import QuestionAnswered
 from study.events.inputs import Input, KeyChanged, PointerPressed, TextTyped
+from study.events.participant_events import AnswerChanged, InstrumentScored, TextAnswered
 from study.questionnaire import LONGEST_TEXT, Questionnaire
 from study.screens import Screen, SurveyItem, SurveyScreen
 from study.session.answers import Answers

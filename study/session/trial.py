@@ -8,8 +8,6 @@ import numpy as np
 
 from study.events.codes import ActionSource, ChoiceFlag, ChoiceSource, Outcome, Phase
 from study.events.events import (
-    Deviation,
-    PracticeChecked,
     Suggestion,
     Switched,
     Timestep,
@@ -19,7 +17,7 @@ from study.events.events import (
 from study.events.inputs import FleetObserved, Input, KeyChanged, PointerPressed, TimestepDue
 from study.screens import Screen
 from study.seeding import stream_seed
-from study.session.actions import decide_actions
+from study.session.actions import decide_actions, key_actions
 from study.session.allocation import (
     AssistedAllocation,
     ManualAllocation,
@@ -39,9 +37,10 @@ from study.session.effects import (
 from study.session.fleet_run import FleetRun
 from study.session.number_entry import NumberEntry
 from study.session.plan import UNIFORM_RANDOM, TrialPlan
+from study.session.practice import judge_practice
 from study.session.switching import SwitchWatch
 from study.session.trial_events import episode_ended, trial_started
-from study.session.trial_screens import TrialScreens, evaluation_screen, ready_screen
+from study.session.trial_screens import TrialScreens, first_screen
 
 
 class TrialStage:
@@ -72,12 +71,7 @@ class TrialStage:
         self._countdown = 0
         self._goals = 0
         self._over = False
-        directions = {keys.up: "up", keys.down: "down", keys.left: "left", keys.right: "right"}
-        self._key_actions = {
-            key: context.description.key_actions[direction]
-            for key, direction in directions.items()
-            if direction in context.description.key_actions
-        }
+        self._key_actions = key_actions(keys, context.description)
 
     def enter(self, t_ns: int, out: Outbox) -> bool:  # noqa: ARG002 - stages are entered alike
         """Wait for the operator, except where nobody operates; skip a practice passed before."""
@@ -147,17 +141,9 @@ class TrialStage:
                 self._choose(self._allocation.select, int(robot), "pointer", given.t_ns, out)
 
     def _switched(self, before: int, cause: str, t_ns: int, out: Outbox) -> None:
-        out.events.append(
-            Switched(
-                t_ns=t_ns,
-                trial_id=self._trial_id,
-                timestep=self._timestep + (1 if self._pending else 0),
-                from_robot=before,
-                to_robot=self._allocation.operated,
-                source=self._allocation.source,
-                cause=cause,
-            )
-        )
+        timestep = self._timestep + (1 if self._pending else 0)
+        to, source = self._allocation.operated, self._allocation.source
+        out.events.append(Switched(t_ns, self._trial_id, timestep, before, to, source, cause))
         if isinstance(self._allocation, AssistedAllocation):
             self._watch.switched(t_ns)
             # What the participant holds was meant for the robot before.
@@ -310,31 +296,12 @@ class TrialStage:
         needed = self._plan.goals_needed
         over = over or (self._plan.ends_with_robot and bool(ended))
         if over or (needed and self._goals >= needed):
-            self._check_practice(given.t_ns, out)
+            judge_practice(self._plan, self._context, self._trial_id, self._goals, given.t_ns, out)
             self._end(given.t_ns, out, complete=True)
             return True
         self._choose_automatically(given, out)
         self._show(given.t_ns, out)
         return False
-
-    def _check_practice(self, t_ns: int, out: Outbox) -> None:
-        """Say whether a practice with a criterion was passed, and what follows if it was not."""
-        plan, knowledge = self._plan, self._context.knowledge
-        if not plan.goals_needed:
-            return
-        passed = self._goals >= plan.goals_needed
-        knowledge.practice_passed = passed
-        out.events.append(
-            PracticeChecked(
-                t_ns, self._trial_id, plan.attempt, self._goals, plan.goals_needed, passed
-            )
-        )
-        if passed or plan.attempt < plan.attempts:
-            return
-        text = f"{self._goals} of {plan.goals_needed} goals in attempt {plan.attempt}"
-        out.events.append(Deviation(t_ns, "practice_failed", text, self._trial_id))
-        if self._context.protocol.practice.on_failure == "end":
-            knowledge.stop_reason = "the practice was not passed"
 
     def _end(self, t_ns: int, out: Outbox, *, complete: bool) -> None:
         reward = self._run.team_reward if self._run else 0.0
@@ -375,6 +342,4 @@ class TrialStage:
         """Return the ready screen before the start, then the fleet."""
         if self._screens is not None:
             return self._screens.screen()
-        if self._plan.allocation == "none":
-            return evaluation_screen(self._plan, self._context, 0)
-        return ready_screen(self._plan, self._context)
+        return first_screen(self._plan, self._context)

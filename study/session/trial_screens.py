@@ -68,6 +68,13 @@ def ready_screen(plan: TrialPlan, context: Context) -> PageScreen:
     )
 
 
+def first_screen(plan: TrialPlan, context: Context) -> Screen:
+    """Return what is shown before a trial's fleet is there."""
+    if plan.allocation == "none":
+        return evaluation_screen(plan, context, 0)
+    return ready_screen(plan, context)
+
+
 def _what_comes(plan: TrialPlan, context: Context) -> list[str]:
     """Return sentences on the robots, the time and what is to be done."""
     say, count = context.say, context.count

@@ -12,7 +12,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from patience import PATIENCE_S
-from study.events.events import ConsentGiven, SessionStarted
+from study.events.events import SessionStarted
+from study.events.participant_events import ConsentGiven
 from study.recording.reader import read_recording
 from x11_driver import Hands, x_server
 

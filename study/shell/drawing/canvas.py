@@ -9,7 +9,7 @@ import pygame
 
 from study.messages import SOURCE, Messages, messages_for
 from study.shell.drawing import palette
-from study.shell.drawing.drawn import Boxed, Part, Watcher, Written
+from study.shell.drawing.drawn import Boxed, Part, Watcher, Written, is_crowded
 from study.shell.drawing.lettering import (
     CAP_HEIGHT,
     Align,
@@ -102,17 +102,7 @@ class Canvas:
     @property
     def crowded(self) -> bool:
         """Whether anything still is clipped, lies on a text, or reaches over a box's edge."""
-        bounds = pygame.Rect((0, 0), self.size)
-        if self.overflows or not all(bounds.contains(box) for box in self.boxed):
-            return True
-        places = [written.place for written in self.written if not written.moving]
-        if any(place.collidelistall(places) != [index] for index, place in enumerate(places)):
-            return True
-        return any(
-            not self.boxed[index].contains(place)
-            for place in places
-            for index in place.collidelistall(self.boxed)
-        )
+        return bool(self.overflows) or is_crowded(self.size, self.written, self.boxed)
 
     def no_room(self, what: str) -> None:
         """Report that something could not be drawn at this scale."""

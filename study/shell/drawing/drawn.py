@@ -50,3 +50,24 @@ class Part:
 
 Watcher = Callable[[pygame.Surface, Written | Boxed], None]
 """Told of each text and box just before it is drawn, with the surface as it is then."""
+
+
+def is_crowded(size: tuple[int, int], written: list[Written], boxes: list[pygame.Rect]) -> bool:
+    """Return whether anything still lies on a text, reaches over a box's edge or off the screen.
+
+    Args:
+        size: of the screen, pixels.
+        written: all texts.
+        boxes: those that do not move.
+    """
+    bounds = pygame.Rect((0, 0), size)
+    if not all(bounds.contains(box) for box in boxes):
+        return True
+    places = [text.place for text in written if not text.moving]
+    if any(place.collidelistall(places) != [index] for index, place in enumerate(places)):
+        return True
+    return any(
+        not boxes[index].contains(place)
+        for place in places
+        for index in place.collidelistall(boxes)
+    )

@@ -11,22 +11,24 @@ from short_study import opened
 from study.errors import RecordingError
 from study.events.codes import ChoiceSource, Phase
 from study.events.events import (
-    AnswerChanged,
-    ComprehensionChecked,
-    ConsentGiven,
     Deviation,
-    InstrumentScored,
     Paused,
-    PracticeChecked,
     QuestionAnswered,
     SessionEnded,
     Suggestion,
     SwitchAnnounced,
     Switched,
-    TextAnswered,
     Timestep,
 )
 from study.events.inputs import SessionOpened, TextTyped, WindowChanged
+from study.events.participant_events import (
+    AnswerChanged,
+    ComprehensionChecked,
+    ConsentGiven,
+    InstrumentScored,
+    PracticeChecked,
+    TextAnswered,
+)
 from study.loading import LoadedProtocol, load_protocol
 from study.screens import (
     BreakScreen,
