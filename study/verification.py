@@ -80,6 +80,9 @@ def verify(path: Path, *, resimulate: bool = False) -> Verdict:
     if recording.complete:
         return verdict
     problems = recording.problems or ("The recording was not finished.",)
+    if recording.losses and recording.losses[0].last is not None:
+        text = f"Compared up to record {recording.losses[0].first - 1}, the last before the loss."
+        problems = (*problems, text)
     return dataclasses.replace(verdict, problems=problems)
 
 
@@ -92,7 +95,11 @@ def verify_recording(
     twin = _Twin() if resimulate else None
     inputs = compared = 0
     difference = ""
+    # What follows a loss cannot follow from the inputs that are left.
+    first_lost = recording.losses[0].first if recording.losses else None
     for raw in recording.raw("input", "event"):
+        if first_lost is not None and raw.sequence > first_lost:
+            break
         if raw.topic.startswith("event/"):
             if not expected:
                 difference = f"record {raw.sequence}: {raw.topic} follows from no input"

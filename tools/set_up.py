@@ -34,9 +34,12 @@ def main() -> int:
     print("Setting up .venv (once; some minutes on a slow line) ...", flush=True)
     if not python().is_file():
         venv.create(VENV, with_pip=True)
+    print("1 of 3: the locked packages", flush=True)
     pip("install", "--require-hashes", "-r", str(LOCK))
+    print("2 of 3: torch", flush=True)
     # The index of CPU builds is a convenience: if it does not answer, do not wait for it.
     pip("install", "--no-deps", "--retries", "1", "-r", str(TORCH))
+    print("3 of 3: this project", flush=True)
     # The lock has what the extras need too, so that each of them works.
     pip("install", "--no-deps", "--no-build-isolation", "-e", str(ROOT))
     STAMP.write_text(wanted)

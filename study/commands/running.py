@@ -20,6 +20,7 @@ from study.commands.composing import (
     start_failover_recorder,
 )
 from study.commands.consenting import Given, ask_for_consent, erase
+from study.commands.deviations import tell_deviations
 from study.commands.recorded_scorers import recorded_weights
 from study.commands.resuming import (
     Boundary,
@@ -276,6 +277,7 @@ def _run(
         publisher = MarkerPublisher(outlet, clock.now, conductor.observe) if outlet else None
         if publisher:
             conductor.watch(publisher.publish)
+        conductor.watch(tell_deviations)
         conductor.feed(beginning.first_input(clock.now()))
         LiveLoop(conductor, window, recorder, clock).run()
         if tap is not None:

@@ -67,10 +67,6 @@ class Batch:
     messages: Messages
     data: memoryview
 
-    def up_to(self, sequence: int) -> Batch:
-        """Return the batch without the messages of larger numbers."""
-        return Batch(_chosen(self.messages, self.messages.sequence <= sequence), self.data)
-
 
 def batches(stream: BinaryIO, chunks: ChunkTable, channels: frozenset[int]) -> Iterator[Batch]:
     """Yield the messages of some channels.

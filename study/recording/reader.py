@@ -76,7 +76,6 @@ class Recording:
     lost_by_topic: dict[str, int] = dataclasses.field(default_factory=dict)
     numbers: tuple[tuple[int, int], ...] = dataclasses.field(default=(), repr=False)
     counts: dict[str, int] = dataclasses.field(default_factory=dict, repr=False)
-    last_readable: int | None = dataclasses.field(default=None, repr=False)
 
     @property
     def salvaged_from(self) -> str:
@@ -88,12 +87,6 @@ class Recording:
         """Sequence numbers of all records, in order, without reading them."""
         runs = [np.arange(first, last + 1, dtype=np.int64) for first, last in self.numbers]
         return np.concatenate([np.zeros(0, np.int64), *runs])
-
-    def before_first_loss(self) -> Recording:
-        """Return the recording as far as nothing is missing: what can be replayed."""
-        if not self.losses:
-            return self
-        return dataclasses.replace(self, last_readable=self.losses[0].first - 1)
 
     @cached_property
     def session_id(self) -> str:
@@ -183,11 +176,7 @@ class Recording:
         numbers = frozenset(n for n, topic in self.channels.items() if topic in topics)
         try:
             with self.path.open("rb") as stream:
-                for batch in batches(stream, self.chunks, numbers):
-                    if self.last_readable is None:
-                        yield batch
-                    else:
-                        yield batch.up_to(self.last_readable)
+                yield from batches(stream, self.chunks, numbers)
         except (DamagedError, OSError) as error:
             raise RecordingError(
                 f"{self.path} cannot be read: {error}",

@@ -141,6 +141,9 @@ def test_a_lost_writer_costs_a_pause(tmp_path: Path, blow: signal.Signals) -> No
         wait_for(lambda: has(folder, Resumed))
         study.send_signal(signal.SIGTERM)
         assert study.wait(PATIENCE_S) == 3
+        # The experimenter is told at the terminal.
+        assert study.stderr is not None
+        assert "recording_interrupted" in study.stderr.read()
     names = [path.name for path in parts_in(folder)]
     assert [name.split(".", 1)[1] for name in names] == ["mcap.part", "mcap"]
     assert names[1].removesuffix("_part2.mcap") == names[0].removesuffix(".mcap.part")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+from study.recording.losses import Loss
 from study.recording.reader import RawRecord, read_recording
 
 
@@ -17,6 +18,7 @@ class Merged:
 
     def __init__(self, paths: list[Path]) -> None:
         self.complete = True
+        self.losses: tuple[Loss, ...] = ()
         self.rows: dict[int, RawRecord] = {}
         for path in paths:
             for raw in read_recording(path).raw():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -106,6 +107,16 @@ def test_replay_verifies(recording: Path) -> None:
     assert "largest difference of a state 0" in done.stdout
 
 
+def test_replay_takes_several(recording: Path, tmp_path: Path) -> None:
+    """Several recordings at once, each once; one that differs decides the exit status."""
+    again = Path(shutil.copy(recording, tmp_path / "again.mcap"))
+    done = study("replay", recording, again, recording, "--verify")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("byte for byte") == 2
+    again.write_bytes(again.read_bytes()[:5000])
+    assert study("replay", recording, again, "--verify").returncode != 0
+
+
 def test_replay_proves_nothing_of_nothing(tmp_path: Path) -> None:
     """Exit status 1 where a recording holds no inputs that events could follow from."""
     loaded = load_protocol("smoke")
@@ -134,6 +145,10 @@ def test_replay_refuses_what_is_no_whole_recording(
     allowed = {1, 2} if damage in ("cut", "flipped") else {2}
     assert done.returncode in allowed, done.stderr
     assert "Identical" not in done.stdout
+    if damage == "flipped":
+        # What was lost is not taken for events that do not follow.
+        assert "Different" not in done.stderr
+        assert "Compared up to record" in done.stderr
     if done.returncode == 2:
         assert done.stderr.startswith("Error: ")
         assert str(path) in done.stderr
