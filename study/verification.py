@@ -121,7 +121,7 @@ def verify_recording(
         expected = [(event.topic, encode(event)) for event in step.events]
         if twin:
             twin.expect([e for e in step.effects if isinstance(e, StartFleet | StepFleet)])
-    if not difference and not inputs:
+    if not difference and not inputs and first_lost is None:
         difference = "the recording holds no inputs to replay"
     if not difference and expected and recording.complete:
         difference = f"{expected[0][0]} is missing at the end"
