@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from study.errors import ProtocolError, StudyError, UnknownNameError
 from study.events.task_description import TaskDescription
 from study.families import load_member
+from study.messages import locales
 from study.protocol import Protocol, parse_protocol
 from study.questionnaire import Questionnaire, parse_questionnaire
 from study.validation import validation_problems
@@ -83,6 +84,11 @@ def load_protocol(given: str) -> LoadedProtocol:
     text = read_text(path)
     protocol = parse_protocol(text, str(path))
     problems: list[str] = []
+    if protocol.study.language not in locales():
+        problems.append(
+            f'study.language: no texts in "{protocol.study.language}"; '
+            f"there are {', '.join(locales())}"
+        )
     description = _check_members(protocol, problems)
     questionnaires: dict[str, Questionnaire] = {}
     for index, use in enumerate(protocol.questionnaires, start=1):

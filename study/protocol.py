@@ -10,43 +10,55 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from study.errors import ProtocolError
-from study.validation import NAME_PATTERN, nearest, validation_problems
+from study.messages import SOURCE
+from study.seat_settings import (
+    NUMBER_ROW,
+    BreakPart,
+    ComprehensionPart,
+    ConsentPart,
+    DebriefPart,
+    Failure,
+    KeyPart,
+    Name,
+    Part,
+    SwitchingPart,
+)
+from study.validation import nearest, validation_problems
 
-Allocation = Literal["manual", "assisted"]
-View = Literal["tiles", "operated_only"]
-Name = Annotated[str, Field(pattern=NAME_PATTERN)]
-Occasion = Literal["before_reveal", "after_reveal"]
+Allocation = Literal["manual", "suggested", "assisted"]
+View = Literal["tiles", "operated_only", "enlarged"]
+Occasion = Literal["at_start", "before_reveal", "after_reveal", "at_end"]
 
 
-class _Part(BaseModel):
-    """A table of the protocol file: unknown keys are errors."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class StudyPart(_Part):
+class StudyPart(Part):
     """What the study is."""
 
     name: Name = Field(description="short name; names files")
     title: str = Field(min_length=1, max_length=120, description="title of the report")
     description: str = Field(default="", max_length=2000, description="one paragraph")
+    language: str = Field(
+        default=SOURCE, description="language of what participants read in the window"
+    )
     planned_participants: int = Field(ge=1, le=10_000, description="planned participants")
 
 
-class TimingPart(_Part):
+class TimingPart(Part):
     """How fast the world goes."""
 
     timesteps_per_second: float = Field(
         gt=0, le=100, description="task steps a second (8-10 for people)"
     )
+    countdown_seconds: int = Field(
+        default=0, ge=0, le=10, description="countdown before each trial, s; 0 for none"
+    )
 
 
-class TaskPart(_Part):
+class TaskPart(Part):
     """The robots' world."""
 
     name: str = Field(description="name of the task")
@@ -56,7 +68,7 @@ class TaskPart(_Part):
     parameters: dict[str, Any] = Field(default_factory=dict, description="see the task")
 
 
-class MemberPart(_Part):
+class MemberPart(Part):
     """A policy or scorer with its hyper-parameters."""
 
     name: str = Field(description="name of the policy or scorer")
@@ -64,13 +76,22 @@ class MemberPart(_Part):
     parameters: dict[str, Any] = Field(default_factory=dict, description="hyper-parameters")
 
 
-class PracticePart(_Part):
+class PracticePart(Part):
     """Unscored driving before phase one."""
 
-    timesteps: int = Field(ge=0, le=100_000, description="length; 0 for none")
+    timesteps: int = Field(ge=0, le=100_000, description="longest length; 0 for none")
+    goals: int = Field(
+        default=0, ge=0, le=100, description="goals that end it at once; 0: it lasts its length"
+    )
+    attempts: int = Field(
+        default=1, ge=1, le=5, description="how often it is run while the goals are not reached"
+    )
+    on_failure: Failure = Field(
+        default="go_on", description="what happens if they never are; recorded as a deviation"
+    )
 
 
-class PhaseOnePart(_Part):
+class PhaseOnePart(Part):
     """One robot, corrected by the participant."""
 
     episodes: int = Field(ge=1, le=1000, description="episodes")
@@ -82,7 +103,7 @@ class PhaseOnePart(_Part):
     )
 
 
-class PhaseTwoPart(_Part):
+class PhaseTwoPart(Part):
     """A small fleet with free choice."""
 
     robots: int = Field(ge=2, le=48, description="fleet size, n")
@@ -90,7 +111,7 @@ class PhaseTwoPart(_Part):
     trial_timesteps: int = Field(ge=1, le=100_000, description="length of a trial, timesteps")
 
 
-class PhaseThreePart(_Part):
+class PhaseThreePart(Part):
     """The large fleet under each condition."""
 
     trials: int = Field(ge=1, le=1000, description="trials per condition")
@@ -101,9 +122,15 @@ class PhaseThreePart(_Part):
     paired_starts: bool = Field(
         default=True, description="the same start states in each condition's k-th trial"
     )
+    practice_timesteps: int = Field(
+        default=0,
+        ge=0,
+        le=100_000,
+        description="unscored practice of its own interface that opens each block; 0 for none",
+    )
 
 
-class PhaseFourPart(_Part):
+class PhaseFourPart(Part):
     """The retrained policies alone."""
 
     robots: int = Field(ge=1, le=1000, description="robots evaluated at once")
@@ -114,7 +141,7 @@ class PhaseFourPart(_Part):
     )
 
 
-class Condition(_Part):
+class Condition(Part):
     """A named combination of allocation, scorer, fleet size, dwell and view."""
 
     name: Name = Field(description="name in the data")
@@ -124,55 +151,36 @@ class Condition(_Part):
     robots: int = Field(ge=2, le=48, description="fleet size, n")
     scorer: str = Field(default="", description="which of [scorers] decides; empty for none")
     dwell: int = Field(
-        default=0, ge=0, le=10_000, description="timesteps between automatic switches"
+        default=0,
+        ge=0,
+        le=10_000,
+        description="timesteps between automatic switches; with suggested, for which a "
+        "suggestion stays (0 renews it at every timestep)",
     )
 
     @model_validator(mode="after")
     def _check(self) -> Condition:
         if self.allocation == "assisted" and (not self.scorer or not self.dwell):
             raise ValueError("an assisted condition needs a scorer and a dwell of at least 1")
+        if self.allocation == "suggested" and not self.scorer:
+            raise ValueError("a suggested condition needs a scorer")
         if self.allocation == "manual" and self.dwell:
             raise ValueError("a manual condition has no dwell; remove it")
-        if self.allocation == "manual" and self.view == "operated_only":
-            raise ValueError('a manual condition shows all robots: use view = "tiles"')
+        if self.allocation != "assisted" and self.view == "operated_only":
+            raise ValueError(
+                f'a {self.allocation} condition shows all robots: view = "tiles" or "enlarged"'
+            )
         return self
 
 
-class QuestionnaireUse(_Part):
-    """A questionnaire and when it is asked, after each block of phase three."""
+class QuestionnaireUse(Part):
+    """A questionnaire and when it is asked: around each block's reveal, or once."""
 
     name: str = Field(description="file stem under questionnaires/")
     when: tuple[Occasion, ...] = Field(min_length=1, description="occasions")
 
 
-class KeyPart(_Part):
-    """Which key does what."""
-
-    up: str = Field(default="up", description="the action that the task binds to up")
-    down: str = Field(default="down", description="the action bound to down")
-    left: str = Field(default="left", description="the action bound to left")
-    right: str = Field(default="right", description="the action bound to right")
-    next_robot: str = Field(default="tab", description="choose the next robot")
-    confirm: str = Field(default="return", description="go on, confirm")
-    back: str = Field(default="backspace", description="go back")
-    pause: str = Field(default="escape", description="pause")
-    robots: tuple[str, ...] = Field(
-        default=("1", "2", "3", "4", "5", "6", "7", "8", "9", "0", "-", "="),
-        max_length=48,
-        description="keys that choose robots 1, 2, ...",
-    )
-
-    @model_validator(mode="after")
-    def _distinct(self) -> KeyPart:
-        singles = [getattr(self, name) for name in type(self).model_fields if name != "robots"]
-        keys = [*singles, *self.robots]
-        twice = sorted({key for key in keys if keys.count(key) > 1})
-        if twice:
-            raise ValueError(f"bound twice: {', '.join(twice)}; each key does one thing")
-        return self
-
-
-class Exclusion(_Part):
+class Exclusion(Part):
     """A rule by which analysis leaves out a participant."""
 
     name: Name = Field(description="name of the rule")
@@ -183,7 +191,7 @@ class Exclusion(_Part):
     reason: str = Field(min_length=1, max_length=400, description="why")
 
 
-class TrialExclusion(_Part):
+class TrialExclusion(Part):
     """A rule by which analysis leaves out single trials that were disturbed."""
 
     name: Name = Field(description="name of the rule")
@@ -193,7 +201,7 @@ class TrialExclusion(_Part):
     reason: str = Field(min_length=1, max_length=400, description="why")
 
 
-class AnalysisPart(_Part):
+class AnalysisPart(Part):
     """Analyses planned before the data are seen."""
 
     primary: Literal["team_reward"] = Field(default="team_reward", description="primary measure")
@@ -205,7 +213,7 @@ class AnalysisPart(_Part):
     )
 
 
-class Protocol(_Part):
+class Protocol(Part):
     """A whole study."""
 
     format: Literal[1] = Field(description="version of this file format")
@@ -222,6 +230,11 @@ class Protocol(_Part):
     conditions: tuple[Condition, ...] = Field(min_length=1)
     questionnaires: tuple[QuestionnaireUse, ...] = ()
     keys: KeyPart = KeyPart()
+    consent: ConsentPart | None = None
+    comprehension: ComprehensionPart | None = None
+    breaks: BreakPart | None = None
+    switching: SwitchingPart = SwitchingPart()
+    debrief: DebriefPart | None = None
     exclusions: tuple[Exclusion, ...] = ()
     trial_exclusions: tuple[TrialExclusion, ...] = ()
     analysis: AnalysisPart
@@ -256,12 +269,30 @@ class Protocol(_Part):
                     f"[scorers]; {nearest(condition.scorer, list(self.scorers))}"
                     f"there: {', '.join(self.scorers) or 'none'}"
                 )
+        yield from self._key_conflicts()
         largest = max([self.phase_two.robots, *(each.robots for each in self.conditions)])
-        if largest > len(self.keys.robots):
+        if len(self.keys.robots) < min(largest, NUMBER_ROW):
             yield (
                 f"keys.robots: {len(self.keys.robots)} keys given for a fleet of {largest}; "
                 "give one key a robot"
             )
+        elif largest > len(self.keys.robots):
+            # Numbers are typed then: see study.session.number_entry.
+            named = {name: getattr(self.keys, name) for name in ("up", "down", "left", "right")}
+            digits = [name for name, key in named.items() if key.isdecimal()]
+            if digits:
+                yield (
+                    f"keys.{digits[0]}: a digit given, but a fleet of {largest} is chosen from by "
+                    "typing numbers; bind another key"
+                )
+
+    def _key_conflicts(self) -> Iterator[str]:
+        """Only where something is suggested does the key that accepts have a meaning."""
+        suggests = any(each.allocation == "suggested" for each in self.conditions)
+        bound = self.keys.model_dump(exclude={"accept"})
+        others = [*bound.pop("robots"), *bound.values()]
+        if suggests and self.keys.accept in others:
+            yield f'keys.accept: "{self.keys.accept}" is bound twice; each key does one thing'
 
     def condition(self, name: str) -> Condition:
         """Return the condition of that name; the name must exist."""

@@ -12,6 +12,8 @@ from typing import Literal
 from study.events.scene import Scene
 from study.events.task_description import RewardTerm
 
+View = Literal["tiles", "operated_only", "enlarged"]
+"""All robots as tiles; the operated one alone; the operated one enlarged beside the tiles."""
 CueKind = Literal["lost", "time_up", "goal", "damage", "stuck", "low", "pack"]
 
 
@@ -66,7 +68,7 @@ class FleetScreen:
         robots: n, visible or not.
         operated: index from 0, -1 if none.
         allocation: "correction", "manual", "suggested", "assisted" or "none".
-        view: "tiles" or "operated_only".
+        view: "tiles", "operated_only" or "enlarged" (the operated robot large beside the tiles).
         suggested: index of the suggested robot, -1 if none.
         dwell_left: fraction of the dwell left, 1 to 0; -1 if there is none.
         switched_ns: session time of the last switch; -1 if none yet.
@@ -76,6 +78,9 @@ class FleetScreen:
         keys: labels of the keys in use: drive, choose, pause ((label, word) pairs).
         message: one line of guidance, or empty ("Choose a robot").
         robot_keys: names of the keys that choose robots 1, 2, ...; empty if none do.
+        switch_seconds_left: time until the scorer chooses anew, while that is announced; else -1.
+        landing_seconds: how long after a switch its landing is marked.
+        accept_key: name of the key that accepts a suggestion.
     """
 
     heading: str
@@ -88,7 +93,7 @@ class FleetScreen:
     robots: int
     operated: int
     allocation: str
-    view: str
+    view: View
     suggested: int
     dwell_left: float
     switched_ns: int
@@ -99,6 +104,50 @@ class FleetScreen:
     message: str
     unit: str = "Trial"
     robot_keys: tuple[str, ...] = ()
+    switch_seconds_left: float = -1.0
+    landing_seconds: float = 1.2
+    accept_key: str = "space"
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class CountdownScreen:
+    """A trial is about to start.
+
+    Attributes:
+        seconds_left: whole seconds, at least 1.
+        fleet: the robots as they will start, drawn behind.
+    """
+
+    seconds_left: int
+    fleet: FleetScreen
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class BreakScreen:
+    """A rest.
+
+    Attributes:
+        seconds_left, seconds_total: of the suggested rest, s.
+        wait_seconds: how long Enter does nothing yet; 0 when it goes on.
+    """
+
+    seconds_left: int
+    seconds_total: int
+    wait_seconds: int
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class ConsentScreen:
+    """The text that is agreed to; targets "agree", "decline" and "confirm".
+
+    Attributes:
+        title, paragraphs: the text.
+        chosen: "agreed", "declined", or "" for nothing yet.
+    """
+
+    title: str
+    paragraphs: tuple[str, ...]
+    chosen: Literal["", "agreed", "declined"]
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -144,9 +193,13 @@ class SurveyItem:
     Attributes:
         item: its id, for example "q1".
         text: the sentence.
-        low, high: the scale's ends.
+        low, high: smallest and largest answer; of a text its length in characters.
         labels: (value, words) pairs.
-        value: the answer, or None.
+        value: the answer, or None; of a choice the number of the option, from 1.
+        kind: "scale", "choice", "number" or "text".
+        step: of a scale.
+        options: of a choice.
+        typed: the characters of a number or text so far.
     """
 
     item: str
@@ -155,6 +208,10 @@ class SurveyItem:
     high: int
     labels: tuple[tuple[int, str], ...]
     value: int | None
+    kind: Literal["scale", "choice", "number", "text"] = "scale"
+    step: int = 1
+    options: tuple[str, ...] = ()
+    typed: str = ""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -168,6 +225,7 @@ class SurveyScreen:
         focus: index of the question that digits answer; len(items) is the button.
         complete: whether Enter confirms.
         reminder: shown after Enter with a question open, else empty.
+        first: number of the first question on this page.
     """
 
     header_left: str
@@ -178,6 +236,12 @@ class SurveyScreen:
     focus: int
     complete: bool
     reminder: str
+    first: int = 1
+
+    @property
+    def takes_text(self) -> bool:
+        """Whether the question in focus is answered by typing words."""
+        return self.focus < len(self.items) and self.items[self.focus].kind == "text"
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -221,10 +285,19 @@ class WaitScreen:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class PauseScreen:
-    """The session stands still; Enter goes on, Q stops and keeps the recording."""
+    """The session stands still: Enter goes on, Q stops and keeps the recording, E erases it.
+
+    Attributes:
+        reason: the headline.
+        confirm_stop: whether Y stops and keeps.
+        can_erase: whether erasing is offered.
+        confirm_erase: whether Y stops and erases.
+    """
 
     reason: str
     confirm_stop: bool
+    can_erase: bool = False
+    confirm_erase: bool = False
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -236,5 +309,14 @@ class EndScreen:
 
 
 Screen = (
-    FleetScreen | PageScreen | SurveyScreen | RevealScreen | WaitScreen | PauseScreen | EndScreen
+    FleetScreen
+    | CountdownScreen
+    | PageScreen
+    | SurveyScreen
+    | RevealScreen
+    | BreakScreen
+    | ConsentScreen
+    | WaitScreen
+    | PauseScreen
+    | EndScreen
 )

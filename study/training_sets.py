@@ -1,8 +1,9 @@
 """From what happened to what is fitted: demonstrations and choice sets.
 
 Only executed operator actions are demonstrations (idling is none), and only choices that
-the operator made train a scorer: never those of a scorer, never rows before the first
-selection, passed while cycling, or for a robot that could not be chosen.
+the operator made train a scorer: never those of a scorer, nor a scorer's suggestion that was
+accepted, never rows before the first selection, passed while cycling, or for a robot that could
+not be chosen.
 """
 
 from __future__ import annotations
@@ -17,7 +18,9 @@ import numpy.typing as npt
 from study.events.codes import ActionSource, ChoiceFlag, ChoiceSource
 from study.events.events import Timestep
 
-OPERATOR_SOURCES = (ChoiceSource.OPERATOR, ChoiceSource.ACCEPTED_SUGGESTION)
+OPERATOR_SOURCES = (ChoiceSource.OPERATOR,)
+"""A suggestion that was accepted is half a scorer's choice: fitted to it, a scorer would learn
+from itself."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

@@ -67,8 +67,13 @@ def verify(path: Path, *, resimulate: bool = False) -> Verdict:
             f"{path.name} is a later part, and part 1 is not beside it",
             "Put all parts of the session into one folder.",
         )
+    try:
+        found = verify_recording(recording, resimulate=resimulate)
+    except RecordingError as error:
+        # What a damaged record said is refused by the session, which knows no file.
+        raise RecordingError(f"{path}: {error.message}", error.hint) from error
     verdict = dataclasses.replace(
-        verify_recording(recording, resimulate=resimulate),
+        found,
         parts=len(recording.parts),
         left_out_trials=recording.left_out_trials,
     )
@@ -116,7 +121,7 @@ def verify_recording(
         expected = [(event.topic, encode(event)) for event in step.events]
         if twin:
             twin.expect([e for e in step.effects if isinstance(e, StartFleet | StepFleet)])
-    if not difference and not inputs:
+    if not difference and not inputs and first_lost is None:
         difference = "the recording holds no inputs to replay"
     if not difference and expected and recording.complete:
         difference = f"{expected[0][0]} is missing at the end"

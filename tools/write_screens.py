@@ -1,4 +1,4 @@
-"""Write docs/images anew: every screen of the pilot, reduced to 128 colours."""
+"""Write docs/images anew: the screens of the pilot and those it lacks, reduced to 128 colours."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from pathlib import Path
 
 from PIL import Image
 
-from study.commands.picturing import draw_gallery
+from study.commands.picturing import Look, draw_gallery
 from study.loading import load_protocol
+from study.messages import SOURCE, messages_for
 
 IMAGES = Path(__file__).resolve().parents[1] / "docs" / "images"
-SIZE = (1280, 960)
+LOOK = Look((1280, 960), 1.0, messages_for(SOURCE))
 COLOURS = 128
-NAMES = {
+PILOT = {
     "page_welcome": "welcome",
     "page_bring_the_robots_to_their_goal": "how_it_works",
     "page_first__a_short_drive": "practice_page",
@@ -38,22 +39,38 @@ NAMES = {
     "wait_phase_four": "wait_phase_four",
 }
 """The gallery's name of a screen to the docs' name; the second block's reveal is left out."""
+OTHERS = {
+    "consent_before_we_start": "consent",
+    "survey_about_you": "about_you",
+    "survey_is_everything_clear": "comprehension",
+    "countdown": "countdown",
+    "break": "break",
+    "page_12_robots__you_choose__with_a_suggestion": "suggested_page",
+    "fleet_suggested_enlarged_12": "suggested_enlarged",
+    "fleet_assisted_tiles_12": "assisted_tiles",
+    "survey_how_was_it_to_do_this": "load_index",
+    "survey_in_your_own_words": "remarks",
+    "page_what_this_was_about": "debrief",
+    "pause_confirm_erase": "pause_erase",
+}
+"""The same for the protocol that has every screen."""
 
 
 def main() -> int:
     """Draw and reduce; fail if a screen of the docs was not drawn."""
-    with tempfile.TemporaryDirectory() as folder:
-        pictures = draw_gallery(load_protocol("pilot"), Path(folder), SIZE)
-        drawn = {path.stem.partition("_")[2]: path for path in pictures}
-        missing = sorted(set(NAMES) - set(drawn))
-        if missing:
-            print(f"No longer drawn: {', '.join(missing)}; drawn: {', '.join(drawn)}")
-            return 1
-        for name, target in NAMES.items():
-            with Image.open(drawn[name]) as picture:
-                reduced = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
-                reduced.save(IMAGES / f"{target}.png", optimize=True)
-    print(f"{len(NAMES)} pictures in {IMAGES}")
+    for protocol, names in (("pilot", PILOT), ("every_screen", OTHERS)):
+        with tempfile.TemporaryDirectory() as folder:
+            pictures = draw_gallery(load_protocol(protocol), Path(folder), [LOOK])
+            drawn = {path.stem.partition("_")[2]: path for path in pictures}
+            missing = sorted(set(names) - set(drawn))
+            if missing:
+                print(f"No longer drawn: {', '.join(missing)}; drawn: {', '.join(drawn)}")
+                return 1
+            for name, target in names.items():
+                with Image.open(drawn[name]) as picture:
+                    reduced = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+                    reduced.save(IMAGES / f"{target}.png", optimize=True)
+    print(f"{len(PILOT) + len(OTHERS)} pictures in {IMAGES}")
     return 0
 
 

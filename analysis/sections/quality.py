@@ -34,7 +34,13 @@ class RuleRow:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class TimingRow:
-    """How punctual one session was; numbers as written, in milliseconds."""
+    """How punctual one session was; numbers as written, in milliseconds.
+
+    Attributes:
+        frames_late: share of late pictures, percent.
+        poll_gap: longest between two readings of the keys: no reaction time errs by more.
+        remark: what was bad, or empty.
+    """
 
     participant: str
     timesteps: int
@@ -45,6 +51,15 @@ class TimingRow:
     frames: int
     frame_median: str
     frame_p99: str
+    frames_late: str
+    poll_gap: str
+    remark: str
+
+
+MOST_SKIPPED, MOST_LATE = 0.01, 0.01
+"""Shares of timesteps skipped and of pictures late beyond which a session is remarked upon."""
+LONGEST_POLL_GAP_S = 0.1
+"""Between two readings of the keys; an error of a reaction time that is no longer small."""
 
 
 def flags(results: StudyResults) -> list[Flag]:
@@ -182,9 +197,31 @@ def timing_rows(results: StudyResults) -> list[TimingRow]:
                 frames=int(columns["frames"].sum()),
                 frame_median=_milliseconds(columns["frame_median"], "median"),
                 frame_p99=_milliseconds(columns["frame_p99"], "max"),
+                frames_late=_late_share(columns),
+                poll_gap=_milliseconds(columns["poll_gap_max"], "max"),
+                remark="; ".join(_bad_timing(columns)),
             )
         )
     return rows
+
+
+def _late_share(columns: dict[str, np.ndarray]) -> str:
+    frames = float(columns["frames"].sum())
+    return number(100 * float(columns["frames_late"].sum()) / frames, 1) if frames else "–"
+
+
+def _bad_timing(columns: dict[str, np.ndarray]) -> list[str]:
+    """Say in which respects a session was not punctual."""
+    timesteps, frames = float(columns["timesteps"].sum()), float(columns["frames"].sum())
+    gaps = columns["poll_gap_max"]
+    found = []
+    if float(columns["skipped"].sum()) > MOST_SKIPPED * timesteps:
+        found.append("timesteps were skipped")
+    if float(columns["frames_late"].sum()) > MOST_LATE * frames:
+        found.append("pictures were late")
+    if np.nanmax(gaps, initial=0.0) > LONGEST_POLL_GAP_S:
+        found.append("keys were read late")
+    return found
 
 
 def _milliseconds(seconds: np.ndarray, how: str) -> str:

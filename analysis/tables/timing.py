@@ -11,7 +11,10 @@ from analysis.recordings import Session, StudyRecordings, timestep_blocks
 from analysis.tables.columns import SESSION_COLUMNS, Column, Table
 from analysis.tables.trial_columns import TRIAL_COLUMNS, trial_keys
 from study.events.events import TimestepSkipped
-from study.events.shell import FrameIntervals
+from study.events.shell import DisplayOpened, FrameIntervals, TrialTiming
+
+LATE_PERIODS = 1.2
+"""A picture later than this many periods of the display after the one before is late."""
 
 COLUMNS = (
     *SESSION_COLUMNS,
@@ -27,6 +30,13 @@ COLUMNS = (
     Column("frame_median", "number", "between pictures; missing without a window", unit="s"),
     Column("frame_p99", "number", "99th percentile of the same", unit="s"),
     Column("frame_max", "number", "largest of the same", unit="s"),
+    Column("frames_late", "integer", "pictures later than 1.2 of the display's periods"),
+    Column("frames_late_share", "number", "those as a share of all; missing without a window"),
+    Column("poll_gap_median", "number", "between readings of the keys", unit="s"),
+    Column("poll_gap_p99", "number", "99th percentile of the same", unit="s"),
+    Column(
+        "poll_gap_max", "number", "largest of the same: no reaction time errs by more", unit="s"
+    ),
 )
 
 
@@ -40,8 +50,17 @@ def _rows(session: Session) -> list[dict[str, object]]:
     times = _times(session)
     frames: dict[int, list[npt.NDArray[np.float64]]] = {}
     skipped: dict[int, int] = {}
-    for _, record in session.recording.records(FrameIntervals.topic, TimestepSkipped.topic):
-        if isinstance(record, FrameIntervals):
+    stated: dict[int, TrialTiming] = {}
+    refresh_hz = math.nan
+    topics = (
+        DisplayOpened.topic, FrameIntervals.topic, TimestepSkipped.topic, TrialTiming.topic
+    )  # fmt: skip
+    for _, record in session.recording.records(*topics):
+        if isinstance(record, DisplayOpened):
+            refresh_hz = record.refresh_hz
+        elif isinstance(record, TrialTiming):
+            stated[record.trial_id] = record
+        elif isinstance(record, FrameIntervals):
             frames.setdefault(record.trial_id, []).append(record.intervals)
         elif isinstance(record, TimestepSkipped):
             skipped[record.trial_id] = skipped.get(record.trial_id, 0) + 1
@@ -51,6 +70,8 @@ def _rows(session: Session) -> list[dict[str, object]]:
         t, late = times.get(trial_id, (nothing, nothing))
         intervals = np.diff(t)
         pictures = np.concatenate(frames[trial_id]) if trial_id in frames else nothing
+        late_frames = int(np.count_nonzero(pictures > LATE_PERIODS / refresh_hz))
+        own = stated.get(trial_id)
         rows.append(
             {
                 **trial_keys(session, trial_id),
@@ -65,6 +86,11 @@ def _rows(session: Session) -> list[dict[str, object]]:
                 "frame_median": _quantile(pictures, 0.5),
                 "frame_p99": _quantile(pictures, 0.99),
                 "frame_max": _quantile(pictures, 1.0),
+                "frames_late": late_frames,
+                "frames_late_share": late_frames / pictures.size if pictures.size else math.nan,
+                "poll_gap_median": own.poll_gap_median if own else math.nan,
+                "poll_gap_p99": own.poll_gap_p99 if own else math.nan,
+                "poll_gap_max": own.poll_gap_max if own else math.nan,
             }
         )
     return rows

@@ -23,6 +23,7 @@ from study.recording.client import Recorder
 from study.recording.failover import FailoverRecorder
 from study.recording.plan_lock import ATTACHMENT, read_lock
 from study.recording.reader import read_recording
+from study.session.rules import CURRENT
 
 PARTICIPANT = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,31}")
 _DEVICE_NAMES = re.compile(r"(?i)(con|prn|aux|nul|com[0-9]|lpt[0-9])")
@@ -91,8 +92,21 @@ def next_order(loaded: LoadedProtocol, used: list[tuple[str, ...]]) -> tuple[str
     return least_used_order(possible_orders(names, loaded.protocol.phase_three.order), used)
 
 
-def session_opened(loaded: LoadedProtocol, assignment: Assignment) -> SessionOpened:
-    """Return the first input of a session."""
+def session_opened(
+    loaded: LoadedProtocol,
+    assignment: Assignment,
+    *,
+    consent_sha256: str = "",
+    consented_utc: str = "",
+) -> SessionOpened:
+    """Return the first input of a session.
+
+    Args:
+        loaded: the protocol.
+        assignment: who and how.
+        consent_sha256: hash of the text agreed to; empty if none was asked for.
+        consented_utc: when, ISO 8601.
+    """
     return SessionOpened(
         t_ns=0,
         session_id=secrets.token_hex(8),
@@ -108,6 +122,9 @@ def session_opened(loaded: LoadedProtocol, assignment: Assignment) -> SessionOpe
         started_utc=datetime.now(UTC).isoformat(timespec="seconds"),
         planned_index=assignment.planned_index,
         questionnaires_json=loaded.questionnaires_json(),
+        rules=CURRENT,
+        consent_sha256=consent_sha256,
+        consented_utc=consented_utc,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,12 +10,15 @@ from pathlib import Path
 import pygame
 
 from study.commands.composing import session_opened
+from study.commands.recorded_scorers import recorded_weights
 from study.commands.simulating import simulated_assignments
 from study.errors import StudyError
 from study.events.fields import Record
 from study.loading import LoadedProtocol
-from study.screens import FleetScreen, PageScreen, PauseScreen, Screen, WaitScreen
+from study.messages import Messages
+from study.screens import FleetScreen, PageScreen, PauseScreen, Screen, SurveyScreen, WaitScreen
 from study.seeding import stream_seed
+from study.session.consent import Consent
 from study.session.session import Session
 from study.shell.conductor import Conductor
 from study.shell.drawing.renderer import Renderer
@@ -46,11 +50,16 @@ class _Album:
 
     def __init__(self, clock: VirtualClock) -> None:
         self._clock = clock
+        self._prompts: dict[str, str] = {}
         self.kept: dict[str, tuple[Screen, int]] = {}
 
     def keep(self, screen: Screen) -> None:
         """Take in a screen that is shown."""
         name = _name(screen)
+        if isinstance(screen, SurveyScreen):
+            # Asked again after the reveal, the same questions have another prompt.
+            again = self._prompts.setdefault(name, screen.prompt) != screen.prompt
+            name += "_after_reveal" if again else ""
         late = isinstance(screen, FleetScreen) and screen.timestep > MOMENT
         if name not in self.kept or not late:
             self.kept[name] = (screen, self._clock.now_ns)
@@ -61,37 +70,53 @@ def _name(screen: Screen) -> str:
     kind = type(screen).__name__.removesuffix("Screen").lower()
     if isinstance(screen, FleetScreen):
         return f"{kind}_{screen.allocation}_{screen.view}_{screen.robots}"
-    if isinstance(screen, PageScreen) and screen.action == "to start":
-        return f"ready_{'episode' if screen.title.startswith('Episode') else 'trial'}"
+    if isinstance(screen, PageScreen) and not (screen.paragraphs or screen.figure):
+        return f"ready_{'episode' if screen.robots == 1 else 'trial'}"
     if isinstance(screen, WaitScreen):
         return f"{kind}_{'fit' if screen.progress < 0 else 'phase_four'}"
     title = getattr(screen, "title", "") or getattr(screen, "header_left", "")
     words = "".join(letter if letter.isalnum() else "_" for letter in title.lower())
-    after = "_after_reveal" if getattr(screen, "prompt", "").startswith("Now") else ""
-    return f"{kind}_{words[:60].strip('_')}{after}".strip("_")
+    return f"{kind}_{words[:60].strip('_')}".strip("_")
 
 
-def draw_gallery(loaded: LoadedProtocol, folder: Path, size: tuple[int, int]) -> list[Path]:
-    """Run a simulated session and draw one screen of each kind.
+@dataclasses.dataclass(frozen=True, slots=True)
+class Look:
+    """How screens are drawn.
 
-    Args:
-        loaded: the protocol.
-        folder: where the PNG files go.
+    Attributes:
         size: width and height, px.
+        ui_scale: text so much larger than suits the size.
+        messages: the texts of a language.
+    """
+
+    size: tuple[int, int]
+    ui_scale: float
+    messages: Messages
+
+    @property
+    def name(self) -> str:
+        """Name of a folder for it."""
+        return f"{self.size[0]}x{self.size[1]}_{self.ui_scale:g}_{self.messages.locale}"
+
+
+def screens_of(loaded: LoadedProtocol, messages: Messages) -> dict[str, tuple[Screen, int]]:
+    """Run a simulated session whose participant reads these texts.
 
     Returns:
-        The pictures, in the order in which their screens came up.
+        One screen of each kind and when it was shown, ns, by name, in order of appearance.
     """
-    os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
     (assignment,) = simulated_assignments(loaded, 1, seed=1)
     clock = VirtualClock()
     album = _Album(clock)
+    if loaded.protocol.consent:
+        # Simulated participants are not asked.
+        album.keep(Consent(loaded.protocol, messages).screen())
     fleet = open_fleet(loaded.protocol.task.name, loaded.protocol.task.parameters)
     conductor = Conductor(
-        Session(),
+        Session(messages),
         _NoRecorder(),
         fleet,
-        InlineFitter(loaded.description),
+        InlineFitter(loaded.description, recorded_weights(loaded)),
         epoch_ns=0,
         waits_for_disk=False,
         on_show=album.keep,
@@ -99,9 +124,26 @@ def draw_gallery(loaded: LoadedProtocol, folder: Path, size: tuple[int, int]) ->
     operator = SimulatedOperator(draw_parameters(1, 0), stream_seed(assignment.seed, "operator"))
     conductor.feed(session_opened(loaded, assignment))
     run_virtual(conductor, operator, clock)
-    album.keep(PauseScreen(reason="Paused", confirm_stop=False))
+    album.keep(PauseScreen(reason="", confirm_stop=False, can_erase=True))
+    for question in ("confirm_stop", "confirm_erase"):
+        asked = PauseScreen(reason="", confirm_stop=question == "confirm_stop", can_erase=True,
+                            confirm_erase=question == "confirm_erase")  # fmt: skip
+        album.kept[f"pause_{question}"] = (asked, clock.now_ns)
     fleet.close()
-    pygame.font.init()
+    return album.kept
+
+
+def draw_screens(screens: dict[str, tuple[Screen, int]], folder: Path, look: Look) -> list[Path]:
+    """Draw screens from their values alone.
+
+    Args:
+        screens: and when they are shown, ns, by name.
+        folder: where the PNG files go.
+        look: how they are drawn.
+
+    Returns:
+        The pictures, in order.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -109,9 +151,34 @@ def draw_gallery(loaded: LoadedProtocol, folder: Path, size: tuple[int, int]) ->
             f"the folder {folder} cannot be made: {error.strerror}", "Choose another with -o."
         ) from error
     pictures = []
-    for number, (name, (screen, now_ns)) in enumerate(album.kept.items(), start=1):
-        surface = pygame.Surface(size)
-        Renderer(size).draw(surface, screen, now_ns)
+    for number, (name, (screen, now_ns)) in enumerate(screens.items(), start=1):
+        surface = pygame.Surface(look.size)
+        Renderer(look.size, look.ui_scale, look.messages).draw(surface, screen, now_ns)
         pictures.append(folder / f"{number:02d}_{name}.png")
         pygame.image.save(surface, str(pictures[-1]))
+    return pictures
+
+
+def draw_gallery(loaded: LoadedProtocol, folder: Path, looks: Sequence[Look]) -> list[Path]:
+    """Run a simulated session and draw one screen of each kind.
+
+    Args:
+        loaded: the protocol.
+        folder: where the PNG files go; with several looks, into a folder each.
+        looks: how they are drawn.
+
+    Returns:
+        The pictures, in the order in which their screens came up.
+    """
+    os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
+    pygame.font.init()
+    pictures = []
+    of_language: dict[str, dict[str, tuple[Screen, int]]] = {}
+    for look in looks:
+        language = look.messages.locale
+        if language not in of_language:
+            of_language[language] = screens_of(loaded, look.messages)
+        screens = of_language[language]
+        place = folder / look.name if len(looks) > 1 else folder
+        pictures += draw_screens(screens, place, look)
     return pictures

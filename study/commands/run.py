@@ -12,6 +12,7 @@ import typer
 from rich.markup import escape
 
 from study.commands.composing import check_participant, lock_warning
+from study.commands.recorded_scorers import parse_overrides
 from study.commands.terminal import console, errors
 from study.errors import StudyError
 from study.foxglove.live_tap import DEFAULT_PORT, LOOPBACK, LiveTap, require_live
@@ -33,9 +34,16 @@ def run(
     seed: Annotated[int | None, typer.Option(min=0, max=2**63 - 1, help="Session seed.")] = None,
     size: Annotated[str, typer.Option(help="Window size, such as 1280x960.")] = "",
     fullscreen: Annotated[bool, typer.Option("--fullscreen", help="Fill the screen.")] = False,  # noqa: FBT002
+    ui_scale: Annotated[
+        float, typer.Option(help="Text 1 to 2 times the size that suits the window.")
+    ] = 1.0,
     again: Annotated[  # noqa: FBT002
         bool, typer.Option("--again", help="Allow a participant who has a recording.")
     ] = False,
+    scorer: Annotated[
+        list[str] | None,
+        typer.Option(help="NAME=PATH: take a recorded scorer from that recording."),
+    ] = None,
     resume: Annotated[  # noqa: FBT002
         bool, typer.Option("--resume", help="Go on with a session that broke off.")
     ] = False,
@@ -56,10 +64,12 @@ def run(
     """Run one session with a person at the keyboard, in a window."""
     from study.commands.resuming import find_boundary  # noqa: PLC0415 - slow to import
     from study.commands.running import (  # noqa: PLC0415 - pygame is slow to import
+        Seat,
         assign,
         resume_session,
         run_session,
     )
+    from study.shell.window import check_ui_scale  # noqa: PLC0415
 
     require_pygame_ce()
     if live:
@@ -68,6 +78,8 @@ def run(
     if warning := lock_warning(loaded):
         errors.print(f"[yellow]{escape(warning)}[/]")
     window_size = parse_size(size)
+    check_ui_scale(ui_scale)
+    scorers = parse_overrides(scorer or [])
     if resume:
         if again or order or seed is not None:
             raise StudyError(
@@ -89,9 +101,13 @@ def run(
         )
         session = partial(run_session, loaded, assignment, output)
     with _live_view(live_host, live_port, wanted=live) as tap:
-        paths, complete = session(size=window_size, fullscreen=fullscreen, tap=tap, lsl=lsl)
+        seat = Seat(window_size, fullscreen=fullscreen, ui_scale=ui_scale, tap=tap, lsl=lsl)
+        paths, complete = session(seat, scorers=scorers)
     for path in paths:
         console.print(f"Recorded in {escape(str(path))}")
+    if not paths:
+        errors.print("[yellow]No recording: the participant declined, or had it erased.[/]")
+        raise typer.Exit(3)
     if not complete:
         errors.print("[yellow]The session was ended early; the recording holds what there was.[/]")
         raise typer.Exit(3)

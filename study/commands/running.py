@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack, closing
 from pathlib import Path
 
@@ -19,7 +19,9 @@ from study.commands.composing import (
     session_opened,
     start_failover_recorder,
 )
+from study.commands.consenting import Given, ask_for_consent, erase
 from study.commands.deviations import tell_deviations
+from study.commands.recorded_scorers import recorded_weights
 from study.commands.resuming import (
     Boundary,
     RestoredFit,
@@ -33,6 +35,8 @@ from study.events.inputs import Input, SessionOpened
 from study.events.shell import Note
 from study.foxglove.live_tap import LiveTap, TappedRecorder
 from study.loading import LoadedProtocol
+from study.messages import messages_for
+from study.protocol import StudyPart
 from study.recording.failover import FailoverRecorder
 from study.recording.parts import base_name
 from study.session.session import Session
@@ -94,15 +98,46 @@ def assign(
     )
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class Seat:
+    """The window that a participant gets, and who else sees the session.
+
+    Attributes:
+        size: of the window, pixels; None for the usual one, or the whole screen.
+        fullscreen: whether it fills the screen.
+        ui_scale: 1 to 2 times the size of text that suits the window.
+        tap: a live view that gets the records too.
+        lsl: whether markers are published to Lab Streaming Layer.
+    """
+
+    size: tuple[int, int] | None = None
+    fullscreen: bool = False
+    ui_scale: float = 1.0
+    tap: LiveTap | None = None
+    lsl: bool = False
+
+    def open_window(self, study: StudyPart) -> Window:
+        """Open the window under the study's title, in its language.
+
+        Raises:
+            StudyError: there is no display, or the size or scale cannot be had.
+        """
+        return Window(
+            self.size,
+            fullscreen=self.fullscreen,
+            ui_factor=self.ui_scale,
+            caption=study.title,
+            messages=messages_for(study.language),
+        )
+
+
 def run_session(
     loaded: LoadedProtocol,
     assignment: Assignment,
     folder: Path,
+    seat: Seat,
     *,
-    size: tuple[int, int] | None,
-    fullscreen: bool,
-    tap: LiveTap | None = None,
-    lsl: bool = False,
+    scorers: Mapping[str, str] | None = None,
 ) -> tuple[list[Path], bool]:
     """Run a session in a window.
 
@@ -110,36 +145,62 @@ def run_session(
         loaded: the protocol.
         assignment: who takes part, and in which order.
         folder: where the recording goes.
-        size: of the window, pixels; None for the protocol's.
-        fullscreen: whether it fills the screen.
-        tap: a live view that gets the records too.
-        lsl: whether markers are published to Lab Streaming Layer.
+        seat: the window, and who else watches.
+        scorers: scorers' names to recordings of other participants.
 
     Returns:
-        The recording, one file a part, and whether every stage was passed.
+        The recording, one file a part, and whether every stage was passed. There is no file if
+        the participant declined, or had the recording erased.
 
     Raises:
         RecordingFailedError: it could not be recorded to its end.
         StudyError: ``lsl`` is asked for and cannot be had; nothing was recorded then.
     """
-    opened = session_opened(loaded, assignment)
+    recorded = recorded_weights(loaded, scorers)
+    given, window = Given(), None
+    if loaded.protocol.consent:
+        # Nothing may be written before it, so the window opens before the writer starts.
+        window = seat.open_window(loaded.protocol.study)
+        answer = _asked(loaded, window, folder)
+        if answer is None:
+            return [], False
+        given = answer
+    opened = session_opened(
+        loaded, assignment, consent_sha256=given.sha256, consented_utc=given.utc
+    )
     # The writer starts before anything that could take the study down, and ends last.
     recorder = start_failover_recorder(folder, loaded, opened)
-    beginning = _Beginning(lambda _: opened, outlet_of=opened if lsl else None)
-    return _run(loaded, recorder, beginning, size=size, fullscreen=fullscreen, tap=tap)
+    beginning = _Beginning(
+        lambda _: opened,
+        recorded=recorded,
+        window=window,
+        folder=folder,
+        outlet_of=opened if seat.lsl else None,
+    )
+    return _run(loaded, recorder, beginning, seat)
+
+
+def _asked(loaded: LoadedProtocol, window: Window, folder: Path) -> Given | None:
+    """Ask for consent; the window stays open only if it is given."""
+    answer = None
+    try:
+        answer = ask_for_consent(loaded, window, folder)
+    finally:
+        if answer is None:
+            window.close()
+    return answer
 
 
 def resume_session(
     loaded: LoadedProtocol,
     boundary: Boundary,
     folder: Path,
+    seat: Seat,
     *,
-    size: tuple[int, int] | None,
-    fullscreen: bool,
-    tap: LiveTap | None = None,
-    lsl: bool = False,
+    scorers: Mapping[str, str] | None = None,
 ) -> tuple[list[Path], bool]:
     """Go on with a session in a window, from a boundary; see `run_session`."""
+    recorded = recorded_weights(loaded, scorers)
     end = find_end(boundary.recording)
     recorder = start_failover_recorder(
         folder,
@@ -154,9 +215,12 @@ def resume_session(
         session=boundary.session,
         fits=boundary.fits,
         start_ns=end.t_ns + 1,
-        outlet_of=boundary.opened if lsl else None,
+        recorded=recorded,
+        folder=folder,
+        earlier=tuple(part.path for part in boundary.recording.parts),
+        outlet_of=boundary.opened if seat.lsl else None,
     )
-    return _run(loaded, recorder, beginning, size=size, fullscreen=fullscreen, tap=tap)
+    return _run(loaded, recorder, beginning, seat)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -169,6 +233,10 @@ class _Beginning:
         fits: what the fleet must know already.
         start_ns: the session's time at the start.
         outlet_of: the session whose markers are published to Lab Streaming Layer, if they are.
+        recorded: weights of other participants' scorers, by artefact id.
+        window: open already, if consent was asked for in it.
+        folder: where the recordings are.
+        earlier: files of the session that were finished before.
     """
 
     first_input: Callable[[int], Input]
@@ -176,16 +244,17 @@ class _Beginning:
     fits: tuple[RestoredFit, ...] = ()
     start_ns: int = 0
     outlet_of: SessionOpened | None = None
+    recorded: Mapping[str, bytes] = dataclasses.field(default_factory=dict)
+    window: Window | None = None
+    folder: Path = Path()
+    earlier: tuple[Path, ...] = ()
 
 
 def _run(
     loaded: LoadedProtocol,
     recorder: FailoverRecorder,
     beginning: _Beginning,
-    *,
-    size: tuple[int, int] | None,
-    fullscreen: bool,
-    tap: LiveTap | None,
+    seat: Seat,
 ) -> tuple[list[Path], bool]:
     with ExitStack() as stack:
         stack.callback(_close, recorder, recorder.sent_sequence)
@@ -196,10 +265,11 @@ def _run(
         fleet = stack.enter_context(closing(open_fleet(task.name, task.parameters)))
         for fit in beginning.fits:
             fleet.add_artefact(fit.artefact_id, fit.kind, fit.algorithm, fit.weights)
-        fitter = stack.enter_context(closing(ProcessFitter(loaded.description)))
-        title = loaded.protocol.study.title
-        window = stack.enter_context(closing(Window(size, fullscreen=fullscreen, caption=title)))
-        session, clock = beginning.session, LiveClock(beginning.start_ns)
+        fitter = stack.enter_context(closing(ProcessFitter(loaded.description, beginning.recorded)))
+        window = stack.enter_context(
+            closing(beginning.window or seat.open_window(loaded.protocol.study))
+        )
+        session, clock, tap = beginning.session, LiveClock(beginning.start_ns), seat.tap
         records_to = recorder if tap is None else TappedRecorder(recorder, tap)
         conductor = Conductor(
             session, records_to, fleet, fitter, epoch_ns=clock.epoch_ns, waits_for_disk=True
@@ -217,7 +287,12 @@ def _run(
         errors.print(
             f"[yellow]Markers for LSL stopped during the session: {escape(publisher.failure)}[/]"
         )
-    return recorder.close(), session.complete
+    paths = recorder.close()
+    if conductor.erase_asked:
+        study = loaded.protocol.study.name
+        erase([*beginning.earlier, *paths], beginning.folder, study)
+        return [], False
+    return paths, session.complete
 
 
 def _close(recorder: FailoverRecorder, before: int) -> None:

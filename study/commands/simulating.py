@@ -16,6 +16,7 @@ from study.commands.composing import (
     session_opened,
     start_recorder,
 )
+from study.commands.recorded_scorers import recorded_weights
 from study.loading import LoadedProtocol, load_protocol
 from study.orders import possible_orders
 from study.seeding import stream_seed
@@ -80,7 +81,7 @@ def simulate_session(
     recorder = start_recorder(folder, loaded, opened, batch_bytes=batch_bytes)
     epoch_ns = time.time_ns()
     fleet = open_fleet(loaded.protocol.task.name, loaded.protocol.task.parameters)
-    fitter = InlineFitter(loaded.description)
+    fitter = InlineFitter(loaded.description, recorded_weights(loaded))
     clock = VirtualClock()
     try:
         conductor = Conductor(

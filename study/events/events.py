@@ -23,6 +23,14 @@ from study.events.fields import (
     string,
     strings,
 )
+from study.events.participant_events import (
+    AnswerChanged,
+    ComprehensionChecked,
+    ConsentGiven,
+    InstrumentScored,
+    PracticeChecked,
+    TextAnswered,
+)
 
 
 @record("event", "session_started")
@@ -41,7 +49,7 @@ class StageEntered(Record):
 
     t_ns: int = fixed64(1, "time of the cause", unit="ns")
     stage: int = sfixed32(2, "place in the sequence, from 0")
-    kind: str = string(3, '"pages", "trial", "fit", "survey", "reveal"')
+    kind: str = string(3, '"pages", "trial", "fit", "survey", "reveal", "break", "check"')
     name: str = string(4, 'which one: "instructions", "phase_three", ...')
     phase: int = sfixed32(5, "codes.Phase")
     block: int = sfixed32(6, "number of the block within its phase, from 1; 0 outside")
@@ -61,7 +69,7 @@ class TrialStarted(Record):
     robots: int = sfixed32(7, "number of robots, n")
     timesteps: int = sfixed32(8, "planned length", unit="timesteps")
     allocation: str = string(9, '"correction", "manual", "suggested", "assisted" or "none"')
-    view: str = string(10, '"tiles" or "operated_only"')
+    view: str = string(10, '"tiles", "operated_only" or "enlarged"')
     dwell: int = sfixed32(11, "timesteps between automatic switches; 0 if none", unit="timesteps")
     policy_id: str = string(12, 'which policy drives: "uniform_random" or a fit\'s artefact id')
     scorer_id: str = string(13, "which scorer is computed, or empty")
@@ -92,6 +100,16 @@ class Timestep(Record):
     )
 
 
+@record("event", "suggestion")
+class Suggestion(Record):
+    """What was suggested at a timestep: one row a timestep where the allocation suggests."""
+
+    t_ns: int = fixed64(1, "time of the cause", unit="ns")
+    trial_id: int = sfixed32(2, "which fleet run")
+    timestep: int = sfixed32(3, "number within the trial, from 0")
+    suggested: int = sfixed32(4, "index of the suggested robot, from 0; -1 if none")
+
+
 @record("event", "timestep_skipped")
 class TimestepSkipped(Record):
     """A timestep was due but the fleet had not yet answered the one before."""
@@ -112,6 +130,26 @@ class Switched(Record):
     to_robot: int = sfixed32(5, "index from 0; -1 if none")
     source: int = sfixed32(6, "codes.ChoiceSource")
     cause: str = string(7, '"number", "tab", "pointer", "accept", "dwell", "ended" or "start"')
+
+
+@record("event", "switch_announced")
+class SwitchAnnounced(Record):
+    """The screen began to announce that the scorer chooses anew."""
+
+    t_ns: int = fixed64(1, "time of the cause", unit="ns")
+    trial_id: int = sfixed32(2, "which fleet run")
+    timestep: int = sfixed32(3, "the timestep that follows")
+    seconds: float = double(4, "how long before the choice", unit="s")
+
+
+@record("event", "grace_demonstration")
+class GraceDemonstration(Record):
+    """A demonstration made so soon after an automatic switch that it may be a slip."""
+
+    t_ns: int = fixed64(1, "time of the cause", unit="ns")
+    trial_id: int = sfixed32(2, "which fleet run")
+    timestep: int = sfixed32(3, "at which timestep it was executed")
+    since_switch_ns: int = fixed64(4, "from the switch to the step's being due", unit="ns")
 
 
 @record("event", "episode_ended")
@@ -181,7 +219,7 @@ class QuestionAnswered(Record):
     phase: int = sfixed32(5, "codes.Phase")
     block: int = sfixed32(6, "number of the block within its phase, from 1")
     condition: str = string(7, "name of the condition")
-    occasion: str = string(8, '"before_reveal" or "after_reveal"')
+    occasion: str = string(8, '"before_reveal", "after_reveal", "at_start", "at_end"')
     latency_ns: int = fixed64(
         9, "from the screen's entry to the last change of the answer", unit="ns"
     )
@@ -204,7 +242,7 @@ class Paused(Record):
     """The session stands still."""
 
     t_ns: int = fixed64(1, "time of the cause", unit="ns")
-    reason: str = string(2, '"operator", "focus lost" or "recording interrupted"')
+    reason: str = string(2, '"operator", "focus lost", "window resized", ...')
 
 
 @record("event", "resumed")
@@ -239,8 +277,17 @@ Event = (
     | StageEntered
     | TrialStarted
     | Timestep
+    | Suggestion
     | TimestepSkipped
     | Switched
+    | SwitchAnnounced
+    | GraceDemonstration
+    | PracticeChecked
+    | ComprehensionChecked
+    | ConsentGiven
+    | AnswerChanged
+    | TextAnswered
+    | InstrumentScored
     | EpisodeEnded
     | TrialEnded
     | FitRequested

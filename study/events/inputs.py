@@ -45,6 +45,11 @@ class SessionOpened(Record):
     questionnaires_json: str = string(
         14, "the questionnaires asked, in full: name to questionnaire"
     )
+    rules: int = sfixed32(
+        15, "version of the session's rules; 0 in recordings from before they had one"
+    )
+    consent_sha256: str = string(16, "SHA-256 of the text agreed to, hexadecimal; empty if none")
+    consented_utc: str = string(17, "wall time of agreeing, ISO 8601, UTC; empty if none")
 
 
 @record("input", "key_changed")
@@ -74,6 +79,24 @@ class FocusChanged(Record):
 
     t_ns: int = fixed64(1, "when it was noticed", unit="ns")
     focused: bool = boolean(2, "whether keys reach the window now")
+
+
+@record("input", "text_typed")
+class TextTyped(Record):
+    """Characters were typed where the screen takes text."""
+
+    t_ns: int = fixed64(1, "when they were taken from the queue", unit="ns")
+    text: str = string(2, "the characters")
+
+
+@record("input", "window_changed")
+class WindowChanged(Record):
+    """The window was resized, minimised or restored."""
+
+    t_ns: int = fixed64(1, "when it was noticed", unit="ns")
+    change: str = string(2, '"resized", "minimised" or "restored"')
+    width: int = sfixed32(3, "width of the window then", unit="px")
+    height: int = sfixed32(4, "height of the window then", unit="px")
 
 
 @record("input", "quit_requested")
@@ -181,6 +204,8 @@ Input = (
     | KeyChanged
     | PointerPressed
     | FocusChanged
+    | TextTyped
+    | WindowChanged
     | QuitRequested
     | TimestepDue
     | FleetObserved

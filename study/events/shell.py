@@ -39,6 +39,34 @@ class FrameIntervals(Record):
     )
 
 
+@record("shell", "trial_timing")
+class TrialTiming(Record):
+    """How punctual one fleet run was, stated at its end.
+
+    A key was pressed at most one poll gap before its time: this bounds a reaction time's error.
+    Numbers without values to compute them from are NaN.
+    """
+
+    t_ns: int = fixed64(1, "time of the observation", unit="ns")
+    trial_id: int = sfixed32(2, "fleet run")
+    period: float = double(3, "between two pictures of the display", unit="s")
+    frames: int = sfixed32(4, "intervals between pictures")
+    late_frames: int = sfixed32(5, "those longer than 1.2 periods")
+    frame_mean: float = double(6, "mean interval between pictures", unit="s")
+    frame_sd: float = double(7, "standard deviation of the same", unit="s")
+    frame_p99: float = double(8, "99th percentile of the same", unit="s")
+    frame_max: float = double(9, "longest of the same", unit="s")
+    timesteps: int = sfixed32(10, "intervals between timesteps, pauses left out")
+    timestep_mean: float = double(11, "mean interval between timesteps", unit="s")
+    timestep_sd: float = double(12, "standard deviation of the same", unit="s")
+    timestep_p99: float = double(13, "99th percentile of the same", unit="s")
+    timestep_max: float = double(14, "longest of the same", unit="s")
+    polls: int = sfixed32(15, "intervals between readings of the keys")
+    poll_gap_median: float = double(16, "median interval between readings of the keys", unit="s")
+    poll_gap_p99: float = double(17, "99th percentile of the same", unit="s")
+    poll_gap_max: float = double(18, "longest of the same", unit="s")
+
+
 @record("shell", "writer_health")
 class WriterHealth(Record):
     """How far the recording has reached the disk."""
@@ -65,4 +93,6 @@ class LslClockPair(Record):
     uncertainty_ns: int = fixed64(3, "how far apart the two may have been read, at most", unit="ns")
 
 
-ShellObservation = ClockPair | DisplayOpened | FrameIntervals | WriterHealth | Note | LslClockPair
+ShellObservation = (
+    ClockPair | DisplayOpened | FrameIntervals | TrialTiming | WriterHealth | Note | LslClockPair
+)

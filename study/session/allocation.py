@@ -1,4 +1,4 @@
-"""Who is operated: manual choice by keys, or assisted choice by the scorer."""
+"""Who is operated: the operator's choice, with or without a suggestion, or the scorer's."""
 
 from __future__ import annotations
 
@@ -81,6 +81,51 @@ class ManualAllocation:
         self._cycling_left = 0 if driven else max(0, self._cycling_left - 1)
 
 
+class SuggestedAllocation(ManualAllocation):
+    """The operator chooses; the robot that the scorer would choose is suggested, one key accepts.
+
+    Source: paper, section on the pilot's interface: the argmax robot is highlighted.
+
+    Args:
+        robots: n.
+        dwell: timesteps for which a suggestion stays unless its robot ends; 0 renews it at
+            every timestep.
+    """
+
+    def __init__(self, robots: int, dwell: int) -> None:
+        super().__init__(robots)
+        self._dwell = max(1, dwell)
+        self._suggestion_left = 0
+        self.suggested = -1
+
+    def renew(self, scores: npt.NDArray[np.float64], available: Available) -> None:
+        """Suggest anew if it is time. Without scores nothing is suggested."""
+        ended = self.suggested >= 0 and not available[self.suggested]
+        if self._suggestion_left > 0 and not ended:
+            return
+        self._suggestion_left = self._dwell
+        self.suggested = best_robot(scores, available) if scores.size else -1
+
+    def select(self, robot: int) -> int:
+        """Choose a robot directly: the operator's choice, whatever is suggested."""
+        switched = super().select(robot)
+        if switched >= 0:
+            self.source = ChoiceSource.OPERATOR
+        return switched
+
+    def accept(self) -> int:
+        """Choose the suggested robot; return it if this is a switch, else -1."""
+        switched = self.select(self.suggested)
+        if switched >= 0:
+            self.source = ChoiceSource.ACCEPTED_SUGGESTION
+        return switched
+
+    def timestep_done(self, *, driven: bool) -> None:
+        """Count down to settling and to the next suggestion."""
+        super().timestep_done(driven=driven)
+        self._suggestion_left -= 1
+
+
 class AssistedAllocation:
     """The scorer chooses, every ``dwell`` timesteps and when the operated robot ends.
 
@@ -120,24 +165,32 @@ class AssistedAllocation:
         """Count down to the next switch."""
         self._left -= 1
 
+    def timesteps_left(self) -> int:
+        """Return the timesteps until the scorer chooses anew."""
+        return max(0, self._left)
+
     def dwell_left(self) -> float:
         """Return the fraction of the dwell that is left, 1 to 0."""
         return max(0, self._left) / self._dwell
 
 
-AnyAllocation = FixedAllocation | ManualAllocation | AssistedAllocation
+AnyAllocation = FixedAllocation | ManualAllocation | SuggestedAllocation | AssistedAllocation
 
 
 def make_allocation(allocation: str, robots: int, dwell: int) -> AnyAllocation:
     """Return the allocation of a trial.
 
     Args:
-        allocation: "correction", "manual", "assisted" or "none".
+        allocation: "correction", "manual", "suggested", "assisted" or "none".
         robots: n; with one robot there is nothing to choose.
-        dwell: timesteps between automatic switches.
+        dwell: timesteps between automatic switches, or for which a suggestion stays.
     """
     if allocation == "none":
         return FixedAllocation(-1)
     if robots == 1:
         return FixedAllocation(0)
-    return AssistedAllocation(dwell) if allocation == "assisted" else ManualAllocation(robots)
+    if allocation == "assisted":
+        return AssistedAllocation(dwell)
+    if allocation == "suggested":
+        return SuggestedAllocation(robots, dwell)
+    return ManualAllocation(robots)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 from study.events.events import Event, Timestep
 from study.events.task_description import TaskDescription
+from study.messages import Messages
 from study.protocol import Protocol
 from study.questionnaire import Questionnaire
 from study.session.effects import Effect
@@ -30,12 +31,17 @@ class Knowledge:
         block_rewards: team rewards of the trials so far, by condition.
         next_trial_id: number of the next fleet run.
         next_request_id: number of the next request.
-        scale: largest magnitude seen on reveals, so that blocks share one.
+        practice_passed: whether the practice's criterion was met.
+        comprehension_wrong: ids of the questions answered wrong last; None before a check.
+        stop_reason: why the session ends when the stage is done; empty if it goes on.
     """
 
     timesteps: dict[tuple[int, str], list[Timestep]] = dataclasses.field(default_factory=dict)
     artefacts: set[str] = dataclasses.field(default_factory=set)
     block_rewards: dict[str, list[float]] = dataclasses.field(default_factory=dict)
+    practice_passed: bool = False
+    comprehension_wrong: tuple[str, ...] | None = None
+    stop_reason: str = ""
     next_trial_id: int = 0
     next_request_id: int = 1
 
@@ -64,6 +70,8 @@ class Context:
         seed: the session's seed.
         order: conditions of phase three in the order run.
         knowledge: what was learned so far.
+        messages: the texts of the participant's language.
+        rules: version of the session's rules; see `study.session.rules`.
     """
 
     protocol: Protocol
@@ -73,3 +81,13 @@ class Context:
     seed: int
     order: tuple[str, ...]
     knowledge: Knowledge
+    messages: Messages
+    rules: int = 0
+
+    def say(self, text: str, /, **values: object) -> str:
+        """Return a text in the participant's language; see `study.messages.Messages.say`."""
+        return self.messages.say(text, **values)
+
+    def count(self, one: str, many: str, n: int, /, **values: object) -> str:
+        """Return a text in the grammatical number of ``n``; see `study.messages`."""
+        return self.messages.count(one, many, n, **values)

@@ -115,8 +115,23 @@ class EnsureDurable:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
+class EraseRecording:
+    """Once the session is over, remove its recording and leave a count of such sessions."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
 class Finish:
     """The session is over."""
 
 
-Effect = StartFleet | StepFleet | StopFleet | RequestFit | Show | SetPace | EnsureDurable | Finish
+Effect = (
+    StartFleet
+    | StepFleet
+    | StopFleet
+    | RequestFit
+    | Show
+    | SetPace
+    | EnsureDurable
+    | EraseRecording
+    | Finish
+)

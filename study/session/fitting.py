@@ -102,7 +102,10 @@ class FitStage(QuietStage):
 
     def screen(self) -> Screen:
         """Return a screen that asks for a moment's patience."""
-        what = "to drive" if self._plan.kind == "policy" else "when you take over"
-        return WaitScreen(
-            title="One moment", text=f"The robots are learning from you {what}.", progress=-1.0
+        say = self._context.say
+        text = (
+            say("The robots are learning from you to drive.")
+            if self._plan.kind == "policy"
+            else say("The robots are learning from you when you take over.")
         )
+        return WaitScreen(title=say("One moment"), text=text, progress=-1.0)

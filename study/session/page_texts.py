@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 
+from study.messages import noted
 from study.protocol import Condition
 from study.session.context import Context
 from study.session.plan import PagesPlan
+
+PARTS = 4
+"""Phases of a study."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -16,11 +20,11 @@ class Page:
     header: str
     title: str
     subtitle: str
+    action: str
     paragraphs: tuple[str, ...] = ()
     figure: str = ""
     robots: int = 1
     next_hint: str = ""
-    action: str = "to go on"
 
 
 def pages(plan: PagesPlan, context: Context) -> tuple[Page, ...]:
@@ -30,6 +34,8 @@ def pages(plan: PagesPlan, context: Context) -> tuple[Page, ...]:
         "practice": _practice,
         "phase_one": _phase_one,
         "phase_two": _phase_two,
+        "explanation": _explanation,
+        "debrief": _debrief,
         "thanks": _thanks,
     }
     if plan.name == "phase_three":
@@ -38,137 +44,261 @@ def pages(plan: PagesPlan, context: Context) -> tuple[Page, ...]:
 
 
 def _welcome(context: Context) -> tuple[Page, ...]:
-    protocol = context.protocol
+    protocol, say = context.protocol, context.say
     most = max(condition.robots for condition in protocol.conditions)
     return (
         Page(
-            header="Welcome",
-            title="Welcome",
-            subtitle="Today you teach robots to drive, and help a fleet of them.",
+            header=say("Welcome"),
+            title=say("Welcome"),
+            subtitle=say("Today you teach robots to drive, and help a fleet of them."),
             paragraphs=(
-                "There are four parts. First you teach one robot. Then you look after "
-                f"{protocol.phase_two.robots} robots at once, and then after {most}. "
-                "In the last part the robots show what they learned; you only watch.",
-                "There are no trick questions and no wrong answers. It is the robots that are "
-                "being studied, not you.",
-                f'You can pause at any time with "{key_word(protocol.keys.pause)}", '
-                "and you can stop whenever you like.",
+                say(
+                    "There are four parts. First you teach one robot. Then you look after "
+                    "{few} robots at once, and then after {many}. "
+                    "In the last part the robots show what they learned; you only watch.",
+                    few=protocol.phase_two.robots,
+                    many=most,
+                ),
+                say(
+                    "There are no trick questions and no wrong answers. It is the robots that are "
+                    "being studied, not you."
+                ),
+                say(
+                    'You can pause at any time with "{key}", and you can stop whenever you like.',
+                    key=key_word(context, protocol.keys.pause),
+                ),
             ),
+            action=say("to go on"),
         ),
         Page(
-            header="How it works",
-            title="Bring the robots to their goal",
-            subtitle="You drive one robot at a time. The others drive themselves, not always well.",
+            header=say("How it works"),
+            title=say("Bring the robots to their goal"),
+            subtitle=say(
+                "You drive one robot at a time. The others drive themselves, not always well."
+            ),
             figure="map",
+            action=say("to go on"),
         ),
     )
 
 
 def _practice(context: Context) -> tuple[Page, ...]:
+    say = context.say
     seconds = context.protocol.practice.timesteps / context.protocol.timing.timesteps_per_second
     return (
         Page(
-            header="Practice",
-            title="First, a short drive",
-            subtitle=f"{counted(round(seconds), 'second')} to try the keys. Nothing counts yet.",
-            paragraphs=(
-                "Drive through the doors to the flag. Keep out of the hatched hazards; "
-                "a green cross gives health back.",
-                "Each time you reach the goal, the robot starts again somewhere else.",
+            header=say("Practice"),
+            title=say("First, a short drive"),
+            subtitle=context.count(
+                "{n} second to try the keys. Nothing counts yet.",
+                "{n} seconds to try the keys. Nothing counts yet.",
+                round(seconds),
             ),
+            paragraphs=(
+                say(
+                    "Drive through the doors to the flag. Keep out of the hatched hazards; "
+                    "a green cross gives health back."
+                ),
+                say("Each time you reach the goal, the robot starts again somewhere else."),
+            ),
+            action=say("to go on"),
         ),
     )
 
 
 def _phase_one(context: Context) -> tuple[Page, ...]:
-    episodes = context.protocol.phase_one.episodes
+    say = context.say
     return (
         Page(
-            header="Part 1 of 4",
-            title="Teach one robot",
-            subtitle=f"{episodes} episodes with one robot. It learns from what you do.",
-            paragraphs=(
-                "The robot drives by itself. At first it has no idea and moves at random.",
-                "Whenever it goes wrong, hold an arrow key: then it does what you say. "
-                "Let go, and it drives itself again.",
-                "After each episode it learns from your corrections. An episode ends at the goal, "
-                "when the robot's health is used up, or when its time is up.",
+            header=say("Part {part} of {parts}", part=1, parts=PARTS),
+            title=say("Teach one robot"),
+            subtitle=context.count(
+                "{n} episode with one robot. It learns from what you do.",
+                "{n} episodes with one robot. It learns from what you do.",
+                context.protocol.phase_one.episodes,
             ),
+            paragraphs=(
+                say("The robot drives by itself. At first it has no idea and moves at random."),
+                say(
+                    "Whenever it goes wrong, hold an arrow key: then it does what you say. "
+                    "Let go, and it drives itself again."
+                ),
+                say(
+                    "After each episode it learns from your corrections. An episode ends at the "
+                    "goal, when the robot's health is used up, or when its time is up."
+                ),
+            ),
+            action=say("to go on"),
         ),
     )
 
 
 def _phase_two(context: Context) -> tuple[Page, ...]:
-    settings = context.protocol.phase_two
+    say, robots = context.say, context.protocol.phase_two.robots
     return (
         Page(
-            header="Part 2 of 4",
-            title=f"Look after {settings.robots} robots",
-            subtitle="You choose which robot to drive, and change whenever you like.",
+            header=say("Part {part} of {parts}", part=2, parts=PARTS),
+            title=say("Look after {robots} robots", robots=robots),
+            subtitle=say("You choose which robot to drive, and change whenever you like."),
             paragraphs=(
-                "The robots drive as you taught them. Take over the one that you can help most.",
-                "The robot you choose stands still unless you drive it.",
+                say(
+                    "The robots drive as you taught them. Take over the one that you can help most."
+                ),
+                say("The robot you choose stands still unless you drive it."),
             ),
             figure="choose",
-            robots=settings.robots,
+            robots=robots,
+            action=say("to go on"),
         ),
     )
+
+
+def block_heading(context: Context, block: int) -> str:
+    """Return which block of phase three this is, in words."""
+    return context.say(
+        "Part {part} of {parts}, block {block} of {blocks}",
+        part=3, parts=PARTS, block=block, blocks=len(context.order),
+    )  # fmt: skip
+
+
+def block_finished(context: Context, block: int) -> str:
+    """Return which block of phase three is over, in words."""
+    return context.say(
+        "Part {part} of {parts}, block {block} of {blocks}: finished",
+        part=3, parts=PARTS, block=block, blocks=len(context.order),
+    )  # fmt: skip
 
 
 def _phase_three(context: Context, condition: Condition, plan: PagesPlan) -> tuple[Page, ...]:
-    trials = context.protocol.phase_three.trials
-    header = f"Part 3 of 4, block {plan.place.block} of {len(context.order)}"
-    if condition.allocation == "manual":
-        page = Page(
-            header=header,
-            title=f"{condition.robots} robots: you choose",
-            subtitle=f"{counted(trials, 'trial')}. You choose which robot to drive, as before.",
-            paragraphs=(
-                "Take over the robot that you can help most, and change whenever you like.",
-                "Your points are shown when the block is finished.",
-            ),
-            figure="choose",
-            robots=condition.robots,
-        )
-    else:
-        seconds = condition.dwell / context.protocol.timing.timesteps_per_second
-        alone = condition.view == "operated_only"
-        page = Page(
-            header=header,
-            title=f"{condition.robots} robots: you are switched",
-            subtitle=f"{counted(trials, 'trial')}. Which robot you drive is chosen for you.",
-            paragraphs=(
-                f"About every {seconds:.1f} seconds you are switched to the robot that seems to "
-                "need you most. "
-                "A ring shows how long is left until the next switch.",
-                "You see only the robot that you drive; the others drive on unseen."
-                if alone
-                else "You see all robots; the one you drive has a blue frame.",
-                "After a switch, press the arrow key again. "
-                "Your points are shown when the block is finished.",
-            ),
-            figure="assisted",
-            robots=condition.robots,
-        )
-    return (page,)
-
-
-def _thanks(context: Context) -> tuple[Page, ...]:  # noqa: ARG001 - writers are called alike
+    writer = {"manual": _manual, "suggested": _suggested, "assisted": _assisted}
+    title, subtitle, paragraphs = writer[condition.allocation](context, condition)
     return (
         Page(
-            header="",
-            title="Thank you!",
-            subtitle="That was all. Please tell the experimenter that you have finished.",
+            header=block_heading(context, plan.place.block),
+            title=title,
+            subtitle=subtitle,
+            paragraphs=paragraphs,
+            figure="assisted" if condition.allocation == "assisted" else "choose",
+            robots=condition.robots,
+            action=context.say("to go on"),
         ),
     )
 
 
-def key_word(key: str) -> str:
+def _manual(context: Context, condition: Condition) -> tuple[str, str, tuple[str, ...]]:
+    say = context.say
+    return (
+        say("{robots} robots: you choose", robots=condition.robots),
+        context.count(
+            "{n} trial. You choose which robot to drive, as before.",
+            "{n} trials. You choose which robot to drive, as before.",
+            context.protocol.phase_three.trials,
+        ),
+        (
+            say("Take over the robot that you can help most, and change whenever you like."),
+            say("Your points are shown when the block is finished."),
+        ),
+    )
+
+
+def _suggested(context: Context, condition: Condition) -> tuple[str, str, tuple[str, ...]]:
+    say = context.say
+    return (
+        say("{robots} robots: you choose, with a suggestion", robots=condition.robots),
+        context.count(
+            "{n} trial. One robot is suggested to you at a time.",
+            "{n} trials. One robot is suggested to you at a time.",
+            context.protocol.phase_three.trials,
+        ),
+        (
+            say(
+                "A dashed orange frame marks the robot that seems to need you most. "
+                "{key} takes you there.",
+                key=key_word(context, context.protocol.keys.accept),
+            ),
+            say("You need not follow it: choose any robot by its number, as before."),
+            say("Your points are shown when the block is finished."),
+        ),
+    )
+
+
+def _assisted(context: Context, condition: Condition) -> tuple[str, str, tuple[str, ...]]:
+    say = context.say
+    seconds = condition.dwell / context.protocol.timing.timesteps_per_second
+    return (
+        say("{robots} robots: you are switched", robots=condition.robots),
+        context.count(
+            "{n} trial. Which robot you drive is chosen for you.",
+            "{n} trials. Which robot you drive is chosen for you.",
+            context.protocol.phase_three.trials,
+        ),
+        (
+            say(
+                "About every {seconds} seconds you are switched to the robot that seems to "
+                "need you most. A ring shows how long is left until the next switch.",
+                seconds=f"{seconds:.1f}",
+            ),
+            say("You see only the robot that you drive; the others drive on unseen.")
+            if condition.view == "operated_only"
+            else say("You see all robots; the one you drive has a blue frame."),
+            say(
+                "After a switch, press the arrow key again. "
+                "Your points are shown when the block is finished."
+            ),
+        ),
+    )
+
+
+def _explanation(context: Context) -> tuple[Page, ...]:
+    part, wrong = context.protocol.comprehension, context.knowledge.comprehension_wrong
+    say = context.say
+    if part is None or not wrong:
+        return ()
+    return (
+        Page(
+            header=say("Before we start"),
+            title=say("Let us look at that again"),
+            subtitle=say("Then the same questions once more."),
+            paragraphs=tuple(say(q.explanation) for q in part.questions if q.id in wrong),
+            action=say("to go on"),
+        ),
+    )
+
+
+def _debrief(context: Context) -> tuple[Page, ...]:
+    part, say = context.protocol.debrief, context.say
+    if part is None:
+        return ()
+    return (
+        Page(
+            header=say("At the end"),
+            title=say(part.title),
+            subtitle="",
+            paragraphs=tuple(say(text) for text in part.paragraphs),
+            action=say("to go on"),
+        ),
+    )
+
+
+def _thanks(context: Context) -> tuple[Page, ...]:
+    say = context.say
+    return (
+        Page(
+            header="",
+            title=say("Thank you!"),
+            subtitle=say("That was all. Please tell the experimenter that you have finished."),
+            action="",
+        ),
+    )
+
+
+def key_word(context: Context, key: str) -> str:
     """Return a key's name as printed on it."""
-    words = {"escape": "Esc", "return": "Enter", "tab": "Tab", "backspace": "Backspace"}
-    return words.get(key, key.capitalize())
-
-
-def counted(number: int, noun: str) -> str:
-    """Return a number with its noun: "1 trial", "8 trials"."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+    words = {
+        "escape": noted("Esc"),
+        "return": noted("Enter"),
+        "tab": noted("Tab"),
+        "backspace": noted("Backspace"),
+        "space": noted("Space"),
+    }
+    return context.say(words[key]) if key in words else key.capitalize()

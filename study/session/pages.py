@@ -23,8 +23,8 @@ class PagesStage(QuietStage):
         self._index = 0
 
     def enter(self, t_ns: int, out: Outbox) -> bool:  # noqa: ARG002 - stages are entered alike
-        """Show the first page."""
-        return False
+        """Show the first page; there may be nothing to explain."""
+        return not self._pages
 
     def handle(self, given: Input, out: Outbox) -> bool:
         """Turn pages."""
@@ -60,7 +60,11 @@ class PagesStage(QuietStage):
         description = self._context.description
         return PageScreen(
             header_left=page.header,
-            header_right=f"Page {self._index + 1} of {count}" if count > 1 else "",
+            header_right=self._context.say(
+                "Page {page} of {pages}", page=self._index + 1, pages=count
+            )
+            if count > 1
+            else "",
             title=page.title,
             subtitle=page.subtitle,
             paragraphs=page.paragraphs,

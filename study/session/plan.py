@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from study.events.codes import Phase
 from study.protocol import Condition, Protocol
+from study.screens import View
 
 PHASE_ONE_POLICY = "policy:phase_one"
 UNIFORM_RANDOM = "uniform_random"
@@ -43,14 +44,16 @@ class TrialPlan:
         trial, trials: number within the block and length of the block.
         robots: n.
         timesteps: longest length.
-        allocation: "correction", "manual", "assisted" or "none".
-        view: "tiles" or "operated_only".
+        allocation: "correction", "manual", "suggested", "assisted" or "none".
+        view: "tiles", "operated_only" or "enlarged".
         dwell: timesteps between automatic switches; 0 if none.
         policy_id: what drives.
         scorer_id: which scorer is computed; empty for none.
         ends_with_robot: whether the run is over when its (only) robot ends.
         starts_key: numbers that key the start states; equal keys give equal starts.
         scored: whether its reward counts.
+        goals_needed: goals of the operated robot that end it; 0 for none.
+        attempt, attempts: of a practice with a criterion, from 1.
     """
 
     place: Place
@@ -59,13 +62,16 @@ class TrialPlan:
     robots: int
     timesteps: int
     allocation: str
-    view: str
+    view: View
     dwell: int
     policy_id: str
     scorer_id: str
     ends_with_robot: bool
     starts_key: tuple[int, ...]
     scored: bool
+    goals_needed: int = 0
+    attempt: int = 1
+    attempts: int = 1
 
     name = "trial"
 
@@ -111,7 +117,26 @@ class RevealPlan:
     name = "reveal"
 
 
-StagePlan = PagesPlan | TrialPlan | FitPlan | SurveyPlan | RevealPlan
+@dataclasses.dataclass(frozen=True, slots=True)
+class BreakPlan:
+    """A rest."""
+
+    place: Place
+
+    name = "break"
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class CheckPlan:
+    """A comprehension check; later attempts are skipped once one was passed."""
+
+    place: Place
+    attempt: int
+
+    name = "comprehension"
+
+
+StagePlan = PagesPlan | TrialPlan | FitPlan | SurveyPlan | RevealPlan | BreakPlan | CheckPlan
 
 
 def policy_of(condition: str) -> str:
@@ -131,21 +156,39 @@ def stage_plans(protocol: Protocol, order: tuple[str, ...]) -> tuple[StagePlan, 
         protocol: the study.
         order: conditions of phase three in the order run.
     """
-    stages: list[StagePlan] = [PagesPlan("welcome", Place(Phase.PRACTICE))]
+    before, after = Place(Phase.PRACTICE), Place(Phase.FOUR)
+    stages: list[StagePlan] = [PagesPlan("welcome", before)]
+    stages += _surveys(protocol, before, "at_start")
     if protocol.practice.timesteps:
-        stages.append(PagesPlan("practice", Place(Phase.PRACTICE)))
-        stages.append(_practice(protocol))
+        stages.append(PagesPlan("practice", before))
+        stages += [
+            _practice(protocol, attempt) for attempt in range(1, protocol.practice.attempts + 1)
+        ]
+    if protocol.comprehension:
+        stages.append(CheckPlan(before, attempt=1))
+        for attempt in range(2, protocol.comprehension.explanations + 2):
+            stages += [PagesPlan("explanation", before), CheckPlan(before, attempt)]
     stages += _phase_one(protocol)
     stages += _phase_two(protocol)
     for block, name in enumerate(order, start=1):
+        if protocol.breaks:
+            stages.append(BreakPlan(Place(Phase.THREE, block, name)))
         stages += _phase_three_block(protocol, protocol.condition(name), block)
     if protocol.phase_four:
         stages += _phase_four(protocol)
-    stages.append(PagesPlan("thanks", Place(Phase.FOUR)))
+    stages += _surveys(protocol, after, "at_end")
+    if protocol.debrief:
+        stages.append(PagesPlan("debrief", after))
+    stages.append(PagesPlan("thanks", after))
     return tuple(stages)
 
 
-def _practice(protocol: Protocol) -> TrialPlan:
+def _surveys(protocol: Protocol, place: Place, occasion: str) -> list[SurveyPlan]:
+    asked = [use.name for use in protocol.questionnaires if occasion in use.when]
+    return [SurveyPlan(place, name, occasion) for name in asked]
+
+
+def _practice(protocol: Protocol, attempt: int) -> TrialPlan:
     return TrialPlan(
         place=Place(Phase.PRACTICE),
         trial=1,
@@ -158,8 +201,11 @@ def _practice(protocol: Protocol) -> TrialPlan:
         policy_id=UNIFORM_RANDOM,
         scorer_id="",
         ends_with_robot=False,
-        starts_key=(Phase.PRACTICE,),
+        starts_key=(Phase.PRACTICE,) if attempt == 1 else (Phase.PRACTICE, attempt),
         scored=False,
+        goals_needed=protocol.practice.goals,
+        attempt=attempt,
+        attempts=protocol.practice.attempts,
     )
 
 
@@ -218,28 +264,40 @@ def _phase_three_block(protocol: Protocol, condition: Condition, block: int) -> 
     settings = protocol.phase_three
     yield PagesPlan("phase_three", place)
     unpaired = () if settings.paired_starts else (block,)
-    for trial in range(1, settings.trials + 1):
-        yield TrialPlan(
-            place=place,
-            trial=trial,
-            trials=settings.trials,
-            robots=condition.robots,
-            timesteps=settings.trial_timesteps,
-            allocation=condition.allocation,
-            view=condition.view,
-            dwell=condition.dwell,
-            policy_id=PHASE_ONE_POLICY,
-            scorer_id=scorer_of(condition.scorer) if condition.scorer else "",
-            ends_with_robot=False,
-            starts_key=(Phase.THREE, trial, *unpaired),
-            scored=True,
+    first = TrialPlan(
+        place=place,
+        trial=1,
+        trials=settings.trials,
+        robots=condition.robots,
+        timesteps=settings.trial_timesteps,
+        allocation=condition.allocation,
+        view=condition.view,
+        dwell=condition.dwell,
+        policy_id=PHASE_ONE_POLICY,
+        scorer_id=scorer_of(condition.scorer) if condition.scorer else "",
+        ends_with_robot=False,
+        starts_key=(Phase.THREE, 1, *unpaired),
+        scored=True,
+    )
+    if settings.practice_timesteps:
+        yield dataclasses.replace(
+            first,
+            place=dataclasses.replace(place, phase=Phase.PRACTICE),
+            trials=1,
+            timesteps=settings.practice_timesteps,
+            starts_key=(Phase.PRACTICE, Phase.THREE, block),
+            scored=False,
         )
-    asked = protocol.questionnaires
-    before = [use.name for use in asked if "before_reveal" in use.when]
-    after = [use.name for use in asked if "after_reveal" in use.when]
-    yield from (SurveyPlan(place, name, "before_reveal") for name in before)
+    every = protocol.breaks.every_trials if protocol.breaks else 0
+    for trial in range(1, settings.trials + 1):
+        if every and trial > 1 and (trial - 1) % every == 0:
+            yield BreakPlan(place)
+        yield dataclasses.replace(first, trial=trial, starts_key=(Phase.THREE, trial, *unpaired))
+    before = _surveys(protocol, place, "before_reveal")
+    after = _surveys(protocol, place, "after_reveal")
+    yield from before
     yield RevealPlan(place, surveys_follow=bool(after))
-    yield from (SurveyPlan(place, name, "after_reveal") for name in after)
+    yield from after
 
 
 def _phase_four(protocol: Protocol) -> Iterator[StagePlan]:

@@ -8,6 +8,7 @@ from study.events.events import RewardRevealed
 from study.events.inputs import Input, KeyChanged, PointerPressed
 from study.screens import RevealScreen, Screen
 from study.session.context import Context, Outbox
+from study.session.page_texts import block_finished
 from study.session.plan import RevealPlan
 from study.session.stage import QuietStage
 
@@ -40,18 +41,18 @@ class RevealStage(QuietStage):
     def screen(self) -> Screen:
         """Return the bars, on the scale that every block of the session shares."""
         place = self._plan.place
-        blocks = len(self._context.order)
+        say = self._context.say
         low, high = self._scale()
         return RevealScreen(
-            header_left=f"Part 3 of 4, block {place.block} of {blocks}: finished",
-            header_right="Your points",
+            header_left=block_finished(self._context, place.block),
+            header_right=say("Your points"),
             block=place.block,
             total=self._total,
             trial_rewards=tuple(self._rewards),
             robots=self._context.protocol.condition(place.condition).robots,
             scale_low=low,
             scale_high=high,
-            next_hint="Next: the same questions again. Your first answers stay as they are."
+            next_hint=say("Next: the same questions again. Your first answers stay as they are.")
             if self._plan.surveys_follow
             else "",
         )

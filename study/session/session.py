@@ -6,8 +6,7 @@ The same inputs give the same events, byte for byte, on any machine.
 from __future__ import annotations
 
 import dataclasses
-import json
-from typing import Any
+from typing import Literal
 
 from study.errors import RecordingError
 from study.events.codes import Phase
@@ -33,32 +32,30 @@ from study.events.inputs import (
     SessionOpened,
     SessionResumed,
     TimestepDue,
+    WindowChanged,
 )
+from study.events.participant_events import ConsentGiven
 from study.events.task_description import TaskDescription
+from study.messages import Messages, noted
 from study.protocol import parse_protocol
-from study.questionnaire import Questionnaire
 from study.screens import PauseScreen, Screen
+from study.seat_settings import ConsentPart
+from study.session.consent import consent_sha256
 from study.session.context import Context, Knowledge, Outbox
-from study.session.effects import Effect, EnsureDurable, Finish, SetPace, Show
-from study.session.fitting import FitStage
-from study.session.pages import PagesStage
+from study.session.effects import Effect, EnsureDurable, EraseRecording, Finish, SetPace, Show
+from study.session.opening import questionnaires_of, texts_of
 from study.session.plan import (
     FitPlan,
     PagesPlan,
-    RevealPlan,
     StagePlan,
-    SurveyPlan,
-    TrialPlan,
     stage_plans,
 )
-from study.session.reveal import RevealStage
 from study.session.stage import Stage
-from study.session.survey import SurveyStage
-from study.session.trial import TrialStage
+from study.session.stages import make_stage
 
-_PAUSED = "Paused"
-_INTERRUPTED = "Saving was interrupted. One moment, please"
-_RESTORED = "Saving was interrupted for a moment; it works again"
+_PAUSED = noted("Paused")
+_INTERRUPTED = noted("Saving was interrupted. One moment, please")
+_RESTORED = noted("Saving was interrupted for a moment; it works again")
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -75,15 +72,20 @@ class Step:
 
 
 class Session:
-    """A participant's visit as a state machine."""
+    """A participant's visit as a state machine.
 
-    def __init__(self) -> None:
+    Args:
+        messages: the texts of the participant's language; those of the protocol's if None.
+    """
+
+    def __init__(self, messages: Messages | None = None) -> None:
+        self._messages = messages
         self._context: Context | None = None
         self._plans: tuple[StagePlan, ...] = ()
         self._index = -1
         self._stage: Stage | None = None
         self._paused_ns = -1
-        self._asks_to_stop = False
+        self._asks: Literal["", "stop", "erase"] = ""
         self._pause_reason = _PAUSED
         self._interruption = ""
         self._trial_id = -1
@@ -133,7 +135,7 @@ class Session:
                 f"the order opened with is {', '.join(given.order)}; "
                 f"the protocol's conditions are {', '.join(names)}"
             )
-        questionnaires = _questionnaires(given.questionnaires_json)
+        questionnaires = questionnaires_of(given.questionnaires_json)
         missing = {use.name for use in protocol.questionnaires} - questionnaires.keys()
         if missing:
             raise RecordingError(f"no questionnaire {', '.join(sorted(missing))} was opened with")
@@ -145,13 +147,27 @@ class Session:
             seed=given.seed,
             order=given.order,
             knowledge=Knowledge(),
+            messages=self._messages or texts_of(protocol.study.language),
+            rules=given.rules,
         )
         self._plans = stage_plans(protocol, given.order)
         out.events.append(
             SessionStarted(given.t_ns, given.participant, given.order, len(self._plans))
         )
+        self._consented(given, protocol.consent, out)
         out.effects.append(EnsureDurable())
         self._next_stage(given.t_ns, out)
+
+    def _consented(self, given: SessionOpened, part: ConsentPart | None, out: Outbox) -> None:
+        """Say in the first events what was agreed to. Simulated participants are not asked."""
+        if part is None or given.operator_kind != "person":
+            return
+        if given.consent_sha256 != consent_sha256(part):
+            raise RecordingError(
+                f'the session was opened with consent to "{given.consent_sha256 or "nothing"}"; '
+                f"the protocol's text has the SHA-256 {consent_sha256(part)}"
+            )
+        out.events.append(ConsentGiven(given.t_ns, given.consent_sha256, given.consented_utc))
 
     def _route(self, given: Input, context: Context, out: Outbox) -> None:
         if isinstance(given, QuitRequested):
@@ -159,6 +175,9 @@ class Session:
         elif isinstance(given, FocusChanged):
             if not given.focused and self._paused_ns < 0 and self._can_pause():
                 self._pause(given.t_ns, "focus lost", out)
+        elif isinstance(given, WindowChanged):
+            if given.change != "restored" and self._paused_ns < 0 and self._can_pause():
+                self._pause(given.t_ns, f"window {given.change}", out)
         elif isinstance(given, RecordingInterrupted):
             self._recording_interrupted(given, out)
         elif isinstance(given, RecordingRestored):
@@ -175,7 +194,10 @@ class Session:
         ):
             self._pause(given.t_ns, "operator", out)
         elif self._stage and self._stage.handle(given, out):
-            self._next_stage(given.t_ns, out)
+            if context.knowledge.stop_reason:
+                self._end_early(given.t_ns, context.knowledge.stop_reason, out)
+            else:
+                self._next_stage(given.t_ns, out)
         if self._paused_ns >= 0:
             # An answer of the fleet may arrive in a pause; the pause screen stays.
             kept = [effect for effect in out.effects if not _moves_the_screen(effect)]
@@ -183,11 +205,14 @@ class Session:
 
     def _can_pause(self) -> bool:
         plan = self._plans[self._index]
-        return not (isinstance(plan, FitPlan) or plan.place.phase == Phase.FOUR)
+        if isinstance(plan, FitPlan):
+            return False
+        # Where the robots drive on their own, and on the last screen, there is nothing to pause.
+        return plan.place.phase != Phase.FOUR or plan.name in ("survey", "debrief")
 
     def _pause(self, t_ns: int, reason: str, out: Outbox) -> None:
         self._paused_ns = t_ns
-        self._asks_to_stop = False
+        self._asks = ""
         self._pause_reason = _PAUSED
         if self._stage:
             self._stage.pause(out)
@@ -195,7 +220,13 @@ class Session:
         out.effects.append(Show(self._pause_screen()))
 
     def _pause_screen(self) -> PauseScreen:
-        return PauseScreen(self._pause_reason, self._asks_to_stop)
+        assert self._context is not None  # noqa: S101 - only an open session stands still
+        return PauseScreen(
+            self._context.say(self._pause_reason),
+            confirm_stop=self._asks == "stop",
+            can_erase=self._context.rules >= 1,
+            confirm_erase=self._asks == "erase",
+        )
 
     def _recording_interrupted(self, given: RecordingInterrupted, out: Outbox) -> None:
         """Stand still, wherever the session is: what happens now might not be recorded."""
@@ -240,6 +271,7 @@ class Session:
             word = given.target
         elif isinstance(given, KeyChanged) and given.down:
             words = {keys.confirm: "continue", keys.pause: "continue", "q": "stop", "y": "yes"}
+            words |= {"e": "erase"} if context.rules >= 1 else {}
             word = words.get(given.key, "")
         else:
             return
@@ -247,11 +279,15 @@ class Session:
             return
         if word == "continue":
             self._resume(given.t_ns, out)
-        elif word == "stop" and not self._asks_to_stop:
-            self._asks_to_stop = True
-            out.effects.append(Show(self._pause_screen()))
-        elif word in ("yes", "stop") and self._asks_to_stop:
+        elif word == "stop" and not self._asks:
+            self._asks = "stop"
+        elif word == "erase" and not self._asks and context.rules >= 1:
+            self._asks = "erase"
+        elif word in ("yes", "stop") and self._asks == "stop":
             self._end_early(given.t_ns, "stopped by the participant", out)
+        elif word in ("yes", "erase") and self._asks == "erase":
+            out.effects.append(EraseRecording())
+            self._end_early(given.t_ns, "erased by the participant", out)
 
     def _resume(self, t_ns: int, out: Outbox) -> None:
         out.events.append(Resumed(t_ns, t_ns - self._paused_ns))
@@ -268,7 +304,7 @@ class Session:
                 self._finish(t_ns, "complete", out, complete=True)
                 return
             plan = self._plans[self._index]
-            self._stage = _make_stage(plan, self._context)
+            self._stage = make_stage(plan, self._context)
             out.events.append(
                 StageEntered(
                     t_ns=t_ns,
@@ -282,6 +318,9 @@ class Session:
             )
             if not self._stage.enter(t_ns, out):
                 break
+            if self._context.knowledge.stop_reason:
+                self._end_early(t_ns, self._context.knowledge.stop_reason, out)
+                return
         out.effects.append(Show(self._stage.screen()))
 
     def _end_early(self, t_ns: int, reason: str, out: Outbox) -> None:
@@ -302,28 +341,7 @@ class Session:
         out.effects += [SetPace(0.0), EnsureDurable(), Finish()]
 
 
-def _questionnaires(text: str) -> dict[str, Questionnaire]:
-    try:
-        raw: dict[str, Any] = json.loads(text or "{}")
-        return {name: Questionnaire.model_validate(item) for name, item in raw.items()}
-    except (ValueError, AttributeError) as error:
-        raise RecordingError(f"the questionnaires opened with cannot be read: {error}") from error
-
-
 def _moves_the_screen(effect: Effect) -> bool:
     return isinstance(effect, Show) or (
         isinstance(effect, SetPace) and effect.timesteps_per_second > 0
     )
-
-
-def _make_stage(plan: StagePlan, context: Context) -> Stage:
-    if isinstance(plan, PagesPlan):
-        return PagesStage(plan, context)
-    if isinstance(plan, TrialPlan):
-        return TrialStage(plan, context)
-    if isinstance(plan, FitPlan):
-        return FitStage(plan, context)
-    if isinstance(plan, SurveyPlan):
-        return SurveyStage(plan, context)
-    assert isinstance(plan, RevealPlan)  # noqa: S101 - the union has no other member
-    return RevealStage(plan, context)

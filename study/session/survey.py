@@ -1,29 +1,38 @@
-"""The survey stage: items answered by digits, arrows, Tab and pointer; Enter confirms."""
+"""The survey stage: items answered by digits, arrows, Tab, typing and pointer; Enter confirms."""
 
 from __future__ import annotations
 
+from study.events.codes import Phase
 from study.events.events import QuestionAnswered
-from study.events.inputs import Input, KeyChanged, PointerPressed
+from study.events.inputs import Input, KeyChanged, PointerPressed, TextTyped
+from study.events.participant_events import AnswerChanged, InstrumentScored, TextAnswered
+from study.questionnaire import LONGEST_TEXT, Questionnaire
 from study.screens import Screen, SurveyItem, SurveyScreen
+from study.session.answers import Answers
 from study.session.context import Context, Outbox
 from study.session.effects import EnsureDurable, Show
-from study.session.plan import SurveyPlan
+from study.session.page_texts import block_finished
+from study.session.plan import Place, SurveyPlan
 from study.session.stage import QuietStage
 
 
-class SurveyStage(QuietStage):
-    """One questionnaire on one occasion. Nothing is preselected."""
+class Form(QuietStage):
+    """One questionnaire on one occasion, page by page. Nothing is preselected.
+
+    A page is confirmed as a whole and not gone back to.
+    """
 
     kind = "survey"
 
-    def __init__(self, plan: SurveyPlan, context: Context) -> None:
-        self._plan = plan
+    def __init__(
+        self, questionnaire: Questionnaire, place: Place, occasion: str, context: Context
+    ) -> None:
         self._context = context
-        self._questionnaire = context.questionnaires[plan.questionnaire]
-        count = len(self._questionnaire.items)
-        self._values: list[int | None] = [None] * count
-        self._changes = [0] * count
-        self._changed_ns = [0] * count
+        self._questionnaire = questionnaire
+        self._place = place
+        self._occasion = occasion
+        self._answers = Answers(questionnaire)
+        self._page = range(min(len(questionnaire.items), questionnaire.items_per_page))
         self._focus = 0
         self._entered_ns = 0
         self._reminder = ""
@@ -34,121 +43,252 @@ class SurveyStage(QuietStage):
         return False
 
     def handle(self, given: Input, out: Outbox) -> bool:
-        """Take in keys and pointer."""
-        done = False
+        """Take in keys, characters and pointer."""
         if isinstance(given, KeyChanged) and given.down:
             done = self._key(given.key, given.t_ns, out)
         elif isinstance(given, PointerPressed):
             done = self._pointer(given.target, given.t_ns, out)
+        elif isinstance(given, TextTyped):
+            done = False
+            if self._focus < len(self._page):
+                changed = self._answers.type(self._focused, given.text, given.t_ns)
+                self._note(self._focused, given.t_ns, out, changed=changed)
         else:
             return False
         if not done:
             out.effects.append(Show(self.screen()))
         return done
 
+    @property
+    def _focused(self) -> int:
+        return self._page[self._focus]
+
     def _key(self, key: str, t_ns: int, out: Outbox) -> bool:
         keys = self._context.protocol.keys
-        count = len(self._values)
-        if key.isdecimal() and self._questionnaire.accepts(int(key)):
-            if self._focus < count:
-                self._answer(self._focus, int(key), t_ns)
-                self._focus = self._next_open()
-        elif key in (keys.left, keys.right) and self._focus < count:
-            self._move(1 if key == keys.right else -1, t_ns)
+        count = len(self._page)
+        on_item = self._focus < count
+        kind = self._questionnaire.items[self._focused].kind if on_item else ""
+        if key == keys.confirm:
+            return self._confirm(t_ns, out)
+        if kind != "text" and len(key) == 1 and key.isascii() and key.isdecimal():
+            if on_item and self._set_digit(int(key), t_ns, out) and kind != "number":
+                self._focus = self._next_open(stays=self._questionnaire.high > 9)
+        elif key in (keys.left, keys.right) and on_item:
+            by = 1 if key == keys.right else -1
+            self._note(
+                self._focused, t_ns, out, changed=self._answers.move(self._focused, by, t_ns)
+            )
+        elif key == "backspace" and kind in ("number", "text"):
+            self._note(self._focused, t_ns, out, changed=self._answers.delete(self._focused, t_ns))
         elif key in (keys.next_robot, keys.down):
             self._focus = (self._focus + 1) % (count + 1)
         elif key == keys.up:
             self._focus = (self._focus - 1) % (count + 1)
-        elif key == keys.confirm:
-            return self._confirm(t_ns, out)
         return False
+
+    def _set_digit(self, digit: int, t_ns: int, out: Outbox) -> bool:
+        item = self._questionnaire.items[self._focused]
+        changed = self._answers.digit(self._focused, digit, t_ns)
+        self._note(self._focused, t_ns, out, changed=changed)
+        return changed or self._answers.value(self._focused) == digit or item.kind == "number"
 
     def _pointer(self, target: str, t_ns: int, out: Outbox) -> bool:
         if target == "confirm":
             return self._confirm(t_ns, out)
         kind, _, rest = target.partition(":")
-        item, _, value = rest.partition(":")
-        ids = [entry.id for entry in self._questionnaire.items]
-        if item in ids:
-            self._focus = ids.index(item)
-            if kind == "answer" and value.isdecimal() and self._questionnaire.accepts(int(value)):
-                self._answer(self._focus, int(value), t_ns)
+        name, _, value = rest.partition(":")
+        for focus, place in enumerate(self._page):
+            item = self._questionnaire.items[place]
+            if item.id != name:
+                continue
+            self._focus = focus
+            answers = kind == "answer" and item.kind != "number"
+            if not (answers and value.isascii() and value.isdecimal() and len(value) < 7):
+                continue
+            if self._questionnaire.takes(item, int(value)):
+                changed = self._answers.set(place, int(value), t_ns)
+                self._note(place, t_ns, out, changed=changed)
         return False
 
-    def _answer(self, place: int, value: int, t_ns: int) -> None:
-        if self._values[place] != value:
-            self._values[place] = value
-            self._changes[place] += 1
-            self._changed_ns[place] = t_ns
+    def _note(self, place: int, t_ns: int, out: Outbox, *, changed: bool) -> None:
+        """Record a change of an answer."""
         self._reminder = ""
+        if not changed or self._context.rules < 1:
+            return
+        value = self._answers.value(place)
+        out.events.append(
+            AnswerChanged(
+                t_ns=t_ns,
+                questionnaire=self._questionnaire.name,
+                item=self._questionnaire.items[place].id,
+                value=-1 if value is None else value,
+                occasion=self._occasion,
+                latency_ns=t_ns - self._entered_ns,
+            )
+        )
 
-    def _move(self, by: int, t_ns: int) -> None:
-        scale = self._questionnaire
-        value = self._values[self._focus]
-        # The first arrow starts from the middle, so that neither end is nearer.
-        middle = (scale.low + scale.high) // 2
-        wanted = middle if value is None else min(scale.high, max(scale.low, value + by))
-        self._answer(self._focus, wanted, t_ns)
-
-    def _next_open(self) -> int:
-        count = len(self._values)
-        later = [place for place in range(count) if self._values[place] is None]
-        return later[0] if later else count
+    def _next_open(self, *, stays: bool = False) -> int:
+        """Return the next question without an answer; a long scale keeps the focus."""
+        if stays and self._focus < len(self._page):
+            item = self._questionnaire.items[self._focused]
+            if item.kind == "scale":
+                return self._focus
+        found = [focus for focus, place in enumerate(self._page) if self._answers.is_open(place)]
+        return found[0] if found else len(self._page)
 
     def _confirm(self, t_ns: int, out: Outbox) -> bool:
-        if any(value is None for value in self._values):
+        if any(self._answers.is_open(place) for place in self._page):
             self._focus = self._next_open()
-            self._reminder = "Please answer this question first."
+            self._reminder = self._context.say("Please answer this question first.")
             return False
-        place = self._plan.place
-        for index, item in enumerate(self._questionnaire.items):
-            value = self._values[index]
-            if value is not None:
-                out.events.append(
-                    QuestionAnswered(
-                        t_ns=t_ns,
-                        questionnaire=self._questionnaire.name,
-                        item=item.id,
-                        value=value,
-                        phase=place.phase,
-                        block=place.block,
-                        condition=place.condition,
-                        occasion=self._plan.occasion,
-                        latency_ns=self._changed_ns[index] - self._entered_ns,
-                        changes=self._changes[index] - 1,
-                    )
-                )
+        for place in self._page:
+            self._answered(place, t_ns, out)
+        following = range(
+            self._page.stop,
+            min(
+                self._page.stop + self._questionnaire.items_per_page,
+                len(self._questionnaire.items),
+            ),
+        )
         out.effects.append(EnsureDurable())
+        if following:
+            self._page, self._focus, self._entered_ns = following, 0, t_ns
+            return False
+        self._score(t_ns, out)
         return True
 
-    def screen(self) -> Screen:
-        """Return the questions as they are answered so far."""
-        scale = self._questionnaire
-        count = len(scale.items)
-        again = self._plan.occasion == "after_reveal"
-        blocks = len(self._context.order)
-        return SurveyScreen(
-            header_left=f"Part 3 of 4, block {self._plan.place.block} of {blocks}: finished",
-            header_right=f"Questions 1 to {count}" if count > 1 else "One question",
-            title=scale.title,
-            prompt=f"Now that you know your points: {_lower_first(scale.prompt)}"
-            if again
-            else scale.prompt,
-            items=tuple(
-                SurveyItem(
+    def _answered(self, index: int, t_ns: int, out: Outbox) -> None:
+        place, item = self._place, self._questionnaire.items[index]
+        latency_ns = max(0, self._answers.changed_ns[index] - self._entered_ns)
+        value = self._answers.value(index)
+        if item.kind == "text":
+            out.events.append(
+                TextAnswered(
+                    t_ns=t_ns,
+                    questionnaire=self._questionnaire.name,
                     item=item.id,
-                    text=item.text,
-                    low=scale.low,
-                    high=scale.high,
-                    labels=scale.value_labels(),
-                    value=value,
+                    text=self._answers.typed(index),
+                    phase=place.phase,
+                    block=place.block,
+                    condition=place.condition,
+                    occasion=self._occasion,
+                    latency_ns=latency_ns,
                 )
-                for item, value in zip(scale.items, self._values, strict=True)
-            ),
+            )
+        elif value is not None:
+            out.events.append(
+                QuestionAnswered(
+                    t_ns=t_ns,
+                    questionnaire=self._questionnaire.name,
+                    item=item.id,
+                    value=value,
+                    phase=place.phase,
+                    block=place.block,
+                    condition=place.condition,
+                    occasion=self._occasion,
+                    latency_ns=latency_ns,
+                    changes=self._answers.changes[index] - 1,
+                )
+            )
+
+    def values(self) -> dict[str, int]:
+        """Return the answers that have a value, by item."""
+        found = {}
+        for index, item in enumerate(self._questionnaire.items):
+            value = self._answers.value(index)
+            if value is not None and item.kind != "text":
+                found[item.id] = value
+        return found
+
+    def _score(self, t_ns: int, out: Outbox) -> None:
+        if self._context.rules < 1:
+            return
+        for scale, score in self._questionnaire.scores(self.values()).items():
+            out.events.append(
+                InstrumentScored(
+                    t_ns=t_ns,
+                    questionnaire=self._questionnaire.name,
+                    version=self._questionnaire.version,
+                    scale=scale,
+                    score=score,
+                    phase=self._place.phase,
+                    block=self._place.block,
+                    condition=self._place.condition,
+                    occasion=self._occasion,
+                )
+            )
+
+    def header(self) -> str:
+        """Return the words at the top left."""
+        if self._place.phase == Phase.THREE:
+            return block_finished(self._context, self._place.block)
+        if self._place.phase == Phase.PRACTICE:
+            return self._context.say("Before we start")
+        return self._context.say("At the end")
+
+    def screen(self) -> Screen:
+        """Return the questions of the page as they are answered so far."""
+        form = self._questionnaire
+        first, last, count = self._page.start + 1, self._page.stop, len(form.items)
+        again = self._occasion == "after_reveal"
+        say, prompt = self._context.say, self._context.say(form.prompt)
+        return SurveyScreen(
+            header_left=self.header(),
+            header_right=self._numbers(first, last, count),
+            title=say(form.title),
+            prompt=say("Now that you know your points: {prompt}", prompt=_lower_first(prompt))
+            if again
+            else prompt,
+            items=tuple(self._item(place) for place in self._page),
             focus=self._focus,
-            complete=all(value is not None for value in self._values),
+            complete=not any(self._answers.is_open(place) for place in self._page),
             reminder=self._reminder,
+            first=first,
         )
+
+    def _numbers(self, first: int, last: int, count: int) -> str:
+        """Return which of the questions are on the page."""
+        say = self._context.say
+        if count == 1:
+            return say("One question")
+        if last == first:
+            return say("Question {first} of {count}", first=first, count=count)
+        if last - first + 1 == count:
+            return say("Questions {first} to {last}", first=first, last=last)
+        return say("Questions {first} to {last} of {count}", first=first, last=last, count=count)
+
+    def _item(self, place: int) -> SurveyItem:
+        form, item = self._questionnaire, self._questionnaire.items[place]
+        low, high = {
+            "scale": (form.low, form.high),
+            "choice": (1, len(item.options)),
+            "number": (item.least, item.most),
+            "text": (0, LONGEST_TEXT),
+        }[item.kind]
+        return SurveyItem(
+            item=item.id,
+            text=self._context.say(item.text),
+            low=low,
+            high=high,
+            labels=tuple(
+                (value, self._context.say(words)) for value, words in form.value_labels(item)
+            )
+            if item.kind == "scale"
+            else (),
+            value=self._answers.value(place),
+            kind=item.kind,
+            step=form.step if item.kind == "scale" else 1,
+            options=tuple(self._context.say(words) for words in item.options),
+            typed=self._answers.typed(place),
+        )
+
+
+class SurveyStage(Form):
+    """A questionnaire of the protocol's."""
+
+    def __init__(self, plan: SurveyPlan, context: Context) -> None:
+        questionnaire = context.questionnaires[plan.questionnaire]
+        super().__init__(questionnaire, plan.place, plan.occasion, context)
 
 
 def _lower_first(text: str) -> str:

@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from study.events.codes import ActionSource, ChoiceFlag, ChoiceSource, Phase
-from study.events.events import Switched, Timestep, TimestepSkipped, TrialEnded
+from study.events.codes import ActionSource, ChoiceFlag, ChoiceSource, Outcome, Phase
+from study.events.events import (
+    Suggestion,
+    Switched,
+    Timestep,
+    TimestepSkipped,
+    TrialEnded,
+)
 from study.events.inputs import FleetObserved, Input, KeyChanged, PointerPressed, TimestepDue
 from study.screens import Screen
 from study.seeding import stream_seed
-from study.session.allocation import AssistedAllocation, ManualAllocation, make_allocation
+from study.session.actions import decide_actions, key_actions
+from study.session.allocation import (
+    AssistedAllocation,
+    ManualAllocation,
+    SuggestedAllocation,
+    make_allocation,
+)
 from study.session.context import Context, Outbox
 from study.session.controls import Controls
 from study.session.effects import (
@@ -21,11 +35,12 @@ from study.session.effects import (
     StopFleet,
 )
 from study.session.fleet_run import FleetRun
+from study.session.number_entry import NumberEntry
 from study.session.plan import UNIFORM_RANDOM, TrialPlan
+from study.session.practice import judge_practice
+from study.session.switching import SwitchWatch
 from study.session.trial_events import episode_ended, trial_started
-from study.session.trial_screens import TrialScreens, evaluation_screen, ready_screen
-
-_POLICY, _INACTIVE = int(ActionSource.POLICY), int(ActionSource.INACTIVE)
+from study.session.trial_screens import TrialScreens, first_screen
 
 
 class TrialStage:
@@ -51,16 +66,17 @@ class TrialStage:
         self._policy_id = plan.policy_id if plan.policy_id in known else UNIFORM_RANDOM
         self._scorer_id = plan.scorer_id if plan.scorer_id in known else ""
         keys = context.protocol.keys
-        self._robot_keys = {key: robot for robot, key in enumerate(keys.robots)}
-        directions = {keys.up: "up", keys.down: "down", keys.left: "left", keys.right: "right"}
-        self._key_actions = {
-            key: context.description.key_actions[direction]
-            for key, direction in directions.items()
-            if direction in context.description.key_actions
-        }
+        self._numbers = NumberEntry(keys.robots, plan.robots)
+        self._watch = SwitchWatch(context.protocol, self._trial_id)
+        self._countdown = 0
+        self._goals = 0
+        self._over = False
+        self._key_actions = key_actions(keys, context.description)
 
     def enter(self, t_ns: int, out: Outbox) -> bool:  # noqa: ARG002 - stages are entered alike
-        """Wait for the operator, except where nobody operates."""
+        """Wait for the operator, except where nobody operates; skip a practice passed before."""
+        if self._plan.attempt > 1 and self._context.knowledge.practice_passed:
+            return True
         if self._plan.allocation == "none":
             self._start_fleet(out)
         return False
@@ -72,7 +88,10 @@ class TrialStage:
         elif isinstance(given, PointerPressed):
             self._pointer(given, out)
         elif isinstance(given, TimestepDue) and self._run:
-            self._timestep_due(given, self._run, out)
+            if self._countdown:
+                self._count_down(given.t_ns, out)
+            else:
+                self._timestep_due(given, self._run, out)
         elif isinstance(given, FleetObserved) and self._answers(given):
             self._pending, answered = None, self._pending
             if isinstance(answered, StartFleet):
@@ -95,41 +114,38 @@ class TrialStage:
                 self._start_fleet(out)
         elif given.key in self._key_actions:
             self._controls.press(given.key)
-        elif isinstance(self._allocation, ManualAllocation):
-            before = self._allocation.operated
+        elif isinstance(manual := self._allocation, ManualAllocation):
+            for robot in self._numbers.press(given.key, given.t_ns):
+                self._choose(manual.select, robot, "number", given.t_ns, out)
             if given.key == keys.next_robot:
-                switched, cause = self._allocation.select_next(), "tab"
-            else:
-                switched, cause = (
-                    self._allocation.select(self._robot_keys.get(given.key, -1)),
-                    "number",
-                )
-            if switched >= 0:
-                self._switched(before, cause, given.t_ns, out)
+                self._numbers.forget()
+                self._choose(lambda _: manual.select_next(), -1, "tab", given.t_ns, out)
+            elif isinstance(manual, SuggestedAllocation) and given.key == keys.accept:
+                self._choose(lambda _: manual.accept(), -1, "accept", given.t_ns, out)
+
+    def _choose(
+        self, select: Callable[[int], int], robot: int, cause: str, t_ns: int, out: Outbox
+    ) -> None:
+        """Let the operator choose; a choice of the robot operated already is no switch."""
+        before = self._allocation.operated
+        if select(robot) >= 0:
+            self._switched(before, cause, t_ns, out)
 
     def _pointer(self, given: PointerPressed, out: Outbox) -> None:
         if self._run is None:
             if given.target == "confirm" and self._pending is None:
                 self._start_fleet(out)
         elif isinstance(self._allocation, ManualAllocation) and given.target.startswith("robot:"):
-            before = self._allocation.operated
             robot = given.target.removeprefix("robot:")
-            if robot.isdecimal() and self._allocation.select(int(robot)) >= 0:
-                self._switched(before, "pointer", given.t_ns, out)
+            if robot.isdecimal():
+                self._choose(self._allocation.select, int(robot), "pointer", given.t_ns, out)
 
     def _switched(self, before: int, cause: str, t_ns: int, out: Outbox) -> None:
-        out.events.append(
-            Switched(
-                t_ns=t_ns,
-                trial_id=self._trial_id,
-                timestep=self._timestep + (1 if self._pending else 0),
-                from_robot=before,
-                to_robot=self._allocation.operated,
-                source=self._allocation.source,
-                cause=cause,
-            )
-        )
+        timestep = self._timestep + (1 if self._pending else 0)
+        to, source = self._allocation.operated, self._allocation.source
+        out.events.append(Switched(t_ns, self._trial_id, timestep, before, to, source, cause))
         if isinstance(self._allocation, AssistedAllocation):
+            self._watch.switched(t_ns)
             # What the participant holds was meant for the robot before.
             self._controls.robot_switched()
         if self._screens:
@@ -163,58 +179,73 @@ class TrialStage:
             plan.starts_key,
             restart=self._context.protocol.task.on_end == "reset" and not plan.ends_with_robot,
         )
-        self._screens = TrialScreens(plan, self._context, self._run, self._allocation)
+        self._screens = TrialScreens(plan, self._context, self._run, self._allocation, self._watch)
         self._screens.start(given.t_ns)
         out.events.append(
             trial_started(given, plan, self._trial_id, self._policy_id, self._scorer_id)
         )
         self._choose_automatically(given, out)
+        if plan.allocation != "none":
+            self._countdown = self._context.protocol.timing.countdown_seconds
         out.effects.append(self._pace())
         self._show(given.t_ns, out)
 
+    def _count_down(self, t_ns: int, out: Outbox) -> None:
+        """A second of the countdown is over; what was tapped in it does not act."""
+        self._countdown -= 1
+        if not self._countdown:
+            self._controls.timestep_done()
+            if self._screens:
+                self._screens.start(t_ns)
+            out.effects.append(self._pace())
+        self._show(t_ns, out)
+
     def _pace(self) -> SetPace:
+        if self._countdown:
+            return SetPace(1.0)
         rate = self._context.protocol.timing.timesteps_per_second
         return SetPace(rate, unhurried=self._plan.allocation != "none")
 
     def _choose_automatically(self, given: FleetObserved, out: Outbox) -> None:
-        if isinstance(self._allocation, AssistedAllocation) and self._run:
+        if isinstance(self._allocation, SuggestedAllocation) and self._run:
+            self._allocation.renew(given.scores, self._run.available)
+        elif isinstance(self._allocation, AssistedAllocation) and self._run:
             before = self._allocation.operated
             cause = self._allocation.rechoose(given.scores, self._run.available)
             if cause:
                 self._switched(before, cause, given.t_ns, out)
+            self._watch.announce(self._allocation, given.t_ns, self._timestep, out)
 
     def _timestep_due(self, given: TimestepDue, run: FleetRun, out: Outbox) -> None:
         if self._pending:
             out.events.append(TimestepSkipped(given.t_ns, self._trial_id, self._timestep))
             return
-        active = run.available
-        actions = run.now.policy_actions.copy()
-        idle = self._context.description.idle_action
-        self._sources = np.where(active, _POLICY, _INACTIVE).astype(np.int32)
+        if isinstance(self._allocation, ManualAllocation):
+            for robot in self._numbers.due(given.t_ns):
+                self._choose(self._allocation.select, robot, "number", given.t_ns, out)
         operated = self._allocation.operated
-        if operated >= 0 and active[operated]:
-            key = self._controls.newest()
-            if key is not None:
-                actions[operated] = self._key_actions[key]
-                self._sources[operated] = (
-                    ActionSource.OPERATOR
-                    if actions[operated] != idle
-                    else ActionSource.OPERATOR_IDLE
-                )
-            elif self._plan.allocation != "correction":
-                actions[operated] = idle
-                self._sources[operated] = ActionSource.OPERATOR_IDLE
-        actions[~active] = idle
+        key = self._controls.newest()
+        actions, self._sources = decide_actions(
+            run.now.policy_actions,
+            run.available,
+            operated,
+            None if key is None else self._key_actions[key],
+            self._context.description.idle_action,
+            drives_itself=self._plan.allocation == "correction",
+        )
         self._due_ns = given.t_ns
         self._pending = StepFleet(
             request_id=self._context.knowledge.request_id(),
             actions=actions,
-            active=active,
+            active=run.available,
             reset=run.restarting,
             seeds=run.seeds(),
         )
         # The choice of this timestep is made: a key from now on belongs to the next.
         self._decided = (operated, self._allocation.source, self._allocation.flag())
+        if isinstance(self._allocation, SuggestedAllocation):
+            suggested = self._allocation.suggested
+            out.events.append(Suggestion(given.t_ns, self._trial_id, self._timestep, suggested))
         driven = operated >= 0 and self._sources[operated] == ActionSource.OPERATOR
         self._allocation.timestep_done(driven=bool(driven))
         self._controls.timestep_done()
@@ -244,6 +275,8 @@ class TrialStage:
             scores=before.scores,
         )
         out.events.append(row)
+        if operated >= 0 and row.action_sources[operated] == ActionSource.OPERATOR:
+            self._watch.demonstrated(given.t_ns, self._due_ns, self._timestep, out)
         place = self._plan.place
         if place.phase not in (Phase.PRACTICE, Phase.FOUR):
             kept = self._context.knowledge.timesteps
@@ -252,12 +285,18 @@ class TrialStage:
         out.events += [
             episode_ended(episode, given.t_ns, self._trial_id, self._timestep) for episode in ended
         ]
+        self._goals += sum(
+            each.robot == operated and each.outcome == Outcome.GOAL for each in ended
+        )
         if self._screens:
             self._screens.observe(before, given, step.reset)
         self._timestep += 1
         all_over = not (run.available | run.restarting).any()
         over = self._timestep >= self._plan.timesteps or all_over
-        if over or (self._plan.ends_with_robot and ended):
+        needed = self._plan.goals_needed
+        over = over or (self._plan.ends_with_robot and bool(ended))
+        if over or (needed and self._goals >= needed):
+            judge_practice(self._plan, self._context, self._trial_id, self._goals, given.t_ns, out)
             self._end(given.t_ns, out, complete=True)
             return True
         self._choose_automatically(given, out)
@@ -272,6 +311,7 @@ class TrialStage:
             rewards = self._context.knowledge.block_rewards
             rewards.setdefault(place.condition, []).append(reward)
         out.effects += [SetPace(0.0), StopFleet(), EnsureDurable()]
+        self._over = True
 
     # Standing still
 
@@ -290,18 +330,16 @@ class TrialStage:
 
     def break_off(self, t_ns: int, out: Outbox) -> None:
         """Close the trial as incomplete."""
-        if self._run:
+        if self._run and not self._over:
             self._end(t_ns, out, complete=False)
 
     def _show(self, t_ns: int, out: Outbox) -> None:
         if self._screens and self._screens.worth_showing(self._timestep):
-            self._screens.update(t_ns, self._timestep)
+            self._screens.update(t_ns, self._timestep, self._countdown)
             out.effects.append(Show(self._screens.screen()))
 
     def screen(self) -> Screen:
         """Return the ready screen before the start, then the fleet."""
         if self._screens is not None:
             return self._screens.screen()
-        if self._plan.allocation == "none":
-            return evaluation_screen(self._plan, 0)
-        return ready_screen(self._plan, self._context)
+        return first_screen(self._plan, self._context)

@@ -8,44 +8,54 @@ import numpy.typing as npt
 from study.events.codes import Phase
 from study.events.inputs import FleetObserved
 from study.events.task_description import TaskDescription
-from study.protocol import Protocol
-from study.screens import FleetScreen, PageScreen, Screen, Tile, WaitScreen
-from study.session.allocation import AnyAllocation, AssistedAllocation, ManualAllocation
+from study.screens import CountdownScreen, FleetScreen, PageScreen, Screen, Tile, WaitScreen
+from study.session.allocation import (
+    AnyAllocation,
+    AssistedAllocation,
+    ManualAllocation,
+    SuggestedAllocation,
+)
 from study.session.context import Context
 from study.session.cues import Cues
 from study.session.fleet_run import FleetRun
-from study.session.page_texts import counted
+from study.session.page_texts import PARTS, block_heading
 from study.session.plan import TrialPlan
-
-_PARTS = {Phase.ONE: "Part 1 of 4", Phase.TWO: "Part 2 of 4", Phase.FOUR: "Part 4 of 4"}
+from study.session.switching import SwitchWatch
 
 
 def heading(plan: TrialPlan, context: Context) -> str:
     """Return the words at the top left: which part or block this is."""
     if plan.place.phase == Phase.PRACTICE:
-        return "Practice"
+        if plan.place.block:
+            return context.say(
+                "Practice for block {block} of {blocks}",
+                block=plan.place.block, blocks=len(context.order),
+            )  # fmt: skip
+        return context.say("Practice")
     if plan.place.phase == Phase.THREE:
-        return f"Part 3 of 4, block {plan.place.block} of {len(context.order)}"
-    return _PARTS[plan.place.phase]
+        return block_heading(context, plan.place.block)
+    return context.say("Part {part} of {parts}", part=int(plan.place.phase), parts=PARTS)
 
 
-def unit(plan: TrialPlan) -> str:
+def unit(plan: TrialPlan, context: Context) -> str:
     """Return the word for one run: an episode is one robot's, from reset to end."""
-    return "Episode" if plan.ends_with_robot else "Trial"
+    return context.say("Episode") if plan.ends_with_robot else context.say("Trial")
 
 
 def ready_screen(plan: TrialPlan, context: Context) -> PageScreen:
     """Return the screen that waits for the operator before a trial."""
-    one = plan.robots == 1
-    title = f"{unit(plan)} {plan.trial} of {plan.trials}" if plan.scored else "Practice"
-    what = "One robot" if one else f"{plan.robots} robots"
-    seconds = plan.timesteps / context.protocol.timing.timesteps_per_second
-    limit = "" if plan.ends_with_robot else f", {counted(round(seconds), 'second')}"
+    say = context.say
+    title = say("Practice") if plan.attempt == 1 else say("Practice once more")
+    if plan.scored:
+        title = say(
+            "{unit} {number} of {total}",
+            unit=unit(plan, context), number=plan.trial, total=plan.trials,
+        )  # fmt: skip
     return PageScreen(
         header_left=heading(plan, context),
         header_right="",
         title=title,
-        subtitle=f"{what}{limit}. Begin when you are ready.",
+        subtitle=" ".join(_what_comes(plan, context)),
         paragraphs=(),
         figure="",
         scene=None,
@@ -54,17 +64,43 @@ def ready_screen(plan: TrialPlan, context: Context) -> PageScreen:
         robots=plan.robots,
         can_go_back=False,
         next_hint="",
-        action="to start",
+        action=say("to start"),
     )
 
 
-def evaluation_screen(plan: TrialPlan, timestep: int) -> WaitScreen:
+def first_screen(plan: TrialPlan, context: Context) -> Screen:
+    """Return what is shown before a trial's fleet is there."""
+    if plan.allocation == "none":
+        return evaluation_screen(plan, context, 0)
+    return ready_screen(plan, context)
+
+
+def _what_comes(plan: TrialPlan, context: Context) -> list[str]:
+    """Return sentences on the robots, the time and what is to be done."""
+    say, count = context.say, context.count
+    robots = say("One robot") if plan.robots == 1 else say("{n} robots", n=plan.robots)
+    seconds = round(plan.timesteps / context.protocol.timing.timesteps_per_second)
+    first = say("{robots}.", robots=robots)
+    if not plan.ends_with_robot:
+        first = count("{robots}, {n} second.", "{robots}, {n} seconds.", seconds, robots=robots)
+    goals = plan.goals_needed
+    task = (
+        [count("Bring it to its goal: {n} time.", "Bring it to its goal: {n} times.", goals)]
+        if goals
+        else []
+    )
+    return [first, *task, say("Begin when you are ready.")]
+
+
+def evaluation_screen(plan: TrialPlan, context: Context, timestep: int) -> WaitScreen:
     """Return the screen of a trial in which nobody operates."""
     done = (plan.trial - 1 + timestep / plan.timesteps) / plan.trials
     return WaitScreen(
-        title="The robots drive on their own now",
-        text=f"Trying out set {plan.place.block} of what you taught them. "
-        "There is nothing to do for you.",
+        title=context.say("The robots drive on their own now"),
+        text=context.say(
+            "Trying out set {number} of what you taught them. There is nothing to do for you.",
+            number=plan.place.block,
+        ),
         progress=done,
     )
 
@@ -73,22 +109,31 @@ class TrialScreens:
     """Builds the fleet screen of a running trial."""
 
     def __init__(
-        self, plan: TrialPlan, context: Context, run: FleetRun, allocation: AnyAllocation
+        self,
+        plan: TrialPlan,
+        context: Context,
+        run: FleetRun,
+        allocation: AnyAllocation,
+        watch: SwitchWatch,
     ) -> None:
         self._plan = plan
         self._context = context
         self._run = run
         self._allocation = allocation
+        self._watch = watch
+        self._countdown = 0
         self._description: TaskDescription = context.description
         self._cues = Cues(context.description, run.now.states)
         self._switched_ns = -1
         self._t_ns = 0
         self._timestep = 0
         self._heading = heading(plan, context)
-        self._keys = _key_legend(plan, context.protocol)
-        chosen_by_key = plan.robots > 1 and plan.allocation == "manual"
+        self._keys = _key_legend(plan, context)
+        chosen_by_key = plan.robots > 1 and plan.allocation in ("manual", "suggested")
         keys = context.protocol.keys.robots
-        self._robot_keys = keys[: plan.robots] if chosen_by_key else ()
+        # With more robots than keys, numbers are typed: they stand on the tiles.
+        one_each = chosen_by_key and plan.robots <= len(keys)
+        self._robot_keys = keys[: plan.robots] if one_each else ()
 
     def start(self, t_ns: int) -> None:
         """The trial begins to run."""
@@ -114,21 +159,26 @@ class TrialScreens:
         """Whether the picture changes enough: where nobody operates, at every tenth part."""
         return self._plan.allocation != "none" or timestep % max(1, self._plan.timesteps // 10) == 0
 
-    def update(self, t_ns: int, timestep: int) -> None:
-        """Set the time that the screen is for."""
-        self._t_ns, self._timestep = t_ns, timestep
+    def update(self, t_ns: int, timestep: int, countdown: int) -> None:
+        """Set the time that the screen is for, and the seconds until the trial runs."""
+        self._t_ns, self._timestep, self._countdown = t_ns, timestep, countdown
 
     def screen(self) -> Screen:
         """Return the screen as it is now."""
         plan = self._plan
         if plan.allocation == "none":
-            return evaluation_screen(plan, self._timestep)
+            return evaluation_screen(plan, self._context, self._timestep)
+        fleet = self._fleet_screen()
+        return CountdownScreen(self._countdown, fleet) if self._countdown else fleet
+
+    def _fleet_screen(self) -> FleetScreen:
+        plan = self._plan
         rate = self._context.protocol.timing.timesteps_per_second
         limit = self._description.horizon if plan.ends_with_robot else plan.timesteps
         allocation = self._allocation
         operated = allocation.operated
         states = self._run.now.states.tolist()
-        visible = range(plan.robots) if plan.view == "tiles" else [operated]
+        visible = [operated] if plan.view == "operated_only" else range(plan.robots)
         return FleetScreen(
             heading=self._heading,
             trial=plan.trial,
@@ -141,7 +191,7 @@ class TrialScreens:
             operated=operated,
             allocation=plan.allocation,
             view=plan.view,
-            suggested=-1,
+            suggested=allocation.suggested if isinstance(allocation, SuggestedAllocation) else -1,
             dwell_left=allocation.dwell_left()
             if isinstance(allocation, AssistedAllocation)
             else -1.0,
@@ -152,14 +202,19 @@ class TrialScreens:
             keys=self._keys,
             message=self._message(),
             robot_keys=self._robot_keys,
-            unit=unit(plan),
+            unit=unit(plan, self._context),
+            accept_key=self._context.protocol.keys.accept,
+            switch_seconds_left=self._watch.seconds_left(allocation)
+            if self._context.protocol.switching.cue_seconds > 0
+            else -1.0,
+            landing_seconds=self._context.protocol.switching.landing_seconds,
         )
 
     def _message(self) -> str:
         if isinstance(self._allocation, ManualAllocation) and self._allocation.operated < 0:
-            return "Choose a robot to drive"
+            return self._context.say("Choose a robot to drive")
         if self._plan.allocation == "correction":
-            return "Correct the robot whenever it goes wrong"
+            return self._context.say("Correct the robot whenever it goes wrong")
         return ""
 
     def _tile(self, robot: int, state: list[float]) -> Tile:
@@ -180,11 +235,14 @@ class TrialScreens:
         )
 
 
-def _key_legend(plan: TrialPlan, protocol: Protocol) -> tuple[tuple[str, str], ...]:
+def _key_legend(plan: TrialPlan, context: Context) -> tuple[tuple[str, str], ...]:
     """Return (key, word) pairs in the order of the header."""
-    keys = protocol.keys
-    legend = [(f"{keys.left} {keys.up} {keys.down} {keys.right}", "drive")]
-    if plan.robots > 1 and plan.allocation == "manual":
+    keys, say = context.protocol.keys, context.say
+    legend = [(f"{keys.left} {keys.up} {keys.down} {keys.right}", say("drive"))]
+    if plan.robots > 1 and plan.allocation == "suggested":
+        legend.append((keys.accept, say("accept")))
+    if plan.robots > 1 and plan.allocation in ("manual", "suggested"):
         chosen = keys.robots[: plan.robots]
-        legend += [(f"{chosen[0]} … {chosen[-1]}", "choose"), (keys.next_robot, "next")]
-    return (*legend, (keys.pause, "pause"))
+        last = chosen[-1] if plan.robots <= len(keys.robots) else str(plan.robots)
+        legend += [(f"{chosen[0]} … {last}", say("choose")), (keys.next_robot, say("next"))]
+    return (*legend, (keys.pause, say("pause")))

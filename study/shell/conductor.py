@@ -16,6 +16,7 @@ from study.screens import Screen
 from study.session.effects import (
     Effect,
     EnsureDurable,
+    EraseRecording,
     Finish,
     RequestFit,
     SetPace,
@@ -88,6 +89,7 @@ class Conductor:
         self.pace = SetPace(0.0)
         self.pace_changed = False
         self.finished = False
+        self.erase_asked = False
         self.trial_id = -1
         self.longest_disk_wait_s = 0.0
         self._watchers: list[Watcher] = []
@@ -146,6 +148,8 @@ class Conductor:
             self.pace, self.pace_changed = effect, True
         elif isinstance(effect, EnsureDurable):
             self._ensure_durable()
+        elif isinstance(effect, EraseRecording):
+            self.erase_asked = True
         elif isinstance(effect, Finish):
             self.finished = True
         elif isinstance(effect, StopFleet):

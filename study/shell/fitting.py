@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 import numpy as np
@@ -49,7 +49,7 @@ def fit(request: RequestFit, description: TaskDescription) -> FitAnswer:
         parameters = module.Parameters.model_validate(json.loads(request.parameters_json))
         result = module.fit(request.arrays, description, parameters, request.seed)
         grid = np.empty(0)
-        if request.kind == "scorer":
+        if request.kind == "scorer" and not getattr(module, "IS_CONTROL", False):
             grid = score_grid(module.load(result.weights, description), description)
     except (StudyError, ValueError, ArithmeticError, MemoryError) as error:
         return FitAnswer(request, reason=str(error) or type(error).__name__)
@@ -78,16 +78,33 @@ class Fitter(Protocol):
         ...
 
 
-class InlineFitter:
-    """Fits at once, in this process: for simulated sessions. It cannot give up."""
+def with_weights(effect: RequestFit, recorded: Mapping[str, bytes]) -> RequestFit:
+    """Return the request with the weights that the shell read for it, if there are any."""
+    weights = recorded.get(effect.artefact_id)
+    if weights is None:
+        return effect
+    arrays = {**effect.arrays, "weights": np.frombuffer(weights, dtype=np.uint8)}
+    return dataclasses.replace(effect, arrays=arrays)
 
-    def __init__(self, description: TaskDescription) -> None:
+
+class InlineFitter:
+    """Fits at once, in this process: for simulated sessions. It cannot give up.
+
+    Args:
+        description: the task's.
+        recorded: weights of other participants' scorers, by artefact id.
+    """
+
+    def __init__(
+        self, description: TaskDescription, recorded: Mapping[str, bytes] | None = None
+    ) -> None:
         self._description = description
+        self._recorded = recorded or {}
         self._answer: FitAnswer | None = None
 
     def request(self, effect: RequestFit) -> None:
         """Fit at once."""
-        self._answer = fit(effect, self._description)
+        self._answer = fit(with_weights(effect, self._recorded), self._description)
 
     def poll(self, seconds: float = 0.0) -> FitAnswer | None:  # noqa: ARG002 - never waits
         """Return the answer, once."""
@@ -99,16 +116,25 @@ class InlineFitter:
 
 
 class ProcessFitter:
-    """Fits in a process of its own, so that the picture goes on; gives up over budget."""
+    """Fits in a process of its own, so that the picture goes on; gives up over budget.
 
-    def __init__(self, description: TaskDescription) -> None:
+    Args:
+        description: the task's.
+        recorded: weights of other participants' scorers, by artefact id.
+    """
+
+    def __init__(
+        self, description: TaskDescription, recorded: Mapping[str, bytes] | None = None
+    ) -> None:
         self._description = description
+        self._recorded = recorded or {}
         self._worker = Worker(serve_fits, description)
         self._pending: RequestFit | None = None
         self._deadline = 0.0
 
     def request(self, effect: RequestFit) -> None:
         """Send the request and start its budget."""
+        effect = with_weights(effect, self._recorded)
         self._pending = effect
         self._deadline = time.monotonic() + effect.budget_seconds
         try:

@@ -74,6 +74,9 @@ class FleetHost:
         self._start = effect
         self._random = np.random.Generator(np.random.PCG64(effect.policy_seed))
         robots = effect.robots
+        begin = getattr(self._scorers.get(effect.scorer_id), "begin", None)
+        if begin is not None:
+            begin(robots, effect.policy_seed)
         states = self._task(robots).reset(np.ones(robots, dtype=np.bool_), effect.seeds)
         step = FleetStep(
             states, np.zeros(robots, dtype=np.float32), np.zeros(robots, dtype=np.int32)

@@ -19,13 +19,24 @@ from study.events.inputs import (
     QuitRequested,
     RecordingInterrupted,
     RecordingRestored,
+    TextTyped,
     TimestepDue,
+    WindowChanged,
 )
 from study.events.shell import ClockPair, DisplayOpened, FrameIntervals, Note, WriterHealth
 from study.recording.failover import FailoverRecorder
 from study.screens import Screen
 from study.shell.conductor import Conductor
-from study.shell.raw_inputs import RawClose, RawFocus, RawInput, RawKey, RawPointer
+from study.shell.punctuality import Punctuality
+from study.shell.raw_inputs import (
+    RawClose,
+    RawFocus,
+    RawInput,
+    RawKey,
+    RawPointer,
+    RawText,
+    RawWindow,
+)
 from study.shell.window import Window
 
 SECOND = 1_000_000_000
@@ -72,6 +83,9 @@ class LiveLoop:
         self._last_frame_ns = -1
         self._next_pair_ns = 0
         self._next_health_ns = 0
+        self._period_ns = round(SECOND / window.refresh_hz)
+        self._trial_id = conductor.trial_id
+        self._punctuality = Punctuality(self._period_ns)
 
     def run(self) -> None:
         """Run to the end of the session."""
@@ -83,7 +97,7 @@ class LiveLoop:
 
     def _run(self) -> None:
         window, clock = self._window, self._clock
-        period = round(SECOND / window.refresh_hz)
+        period = self._period_ns
         self._conductor.observe(
             DisplayOpened(
                 t_ns=clock.now(),
@@ -101,6 +115,7 @@ class LiveLoop:
             self._conductor.collect(clock.now)
             self._step_clock()
             now = clock.now()
+            self._note_trial(now)
             if now >= next_frame:
                 self._draw(now)
                 next_frame += period * max(1, -(-(now - next_frame) // period))
@@ -111,7 +126,19 @@ class LiveLoop:
                 # An answer may be awaited: look again soon.
                 busy = self._conductor.fleet_pending or self._conductor.fit_pending
                 window.wait(min(remaining, 2_000_000 if busy else remaining) / SECOND)
+        self._note_trial(clock.now())
         self._flush_frames(clock.now())
+
+    def _note_trial(self, now: int) -> None:
+        """When a fleet run begins or ends, state how punctual the one before was."""
+        trial_id = self._conductor.trial_id
+        if trial_id == self._trial_id:
+            return
+        self._flush_frames(now)
+        if self._trial_id >= 0:
+            self._conductor.observe(self._punctuality.summary(now, self._trial_id))
+        self._trial_id = trial_id
+        self._punctuality = Punctuality(self._period_ns)
 
     def _watch_recording(self) -> None:
         """If the writer failed, stand still until another has all that waited."""
@@ -128,7 +155,9 @@ class LiveLoop:
         if self._quit_reason:
             reason, self._quit_reason = self._quit_reason, ""
             self._conductor.feed(QuitRequested(self._clock.now(), reason))
-        for raw in self._window.poll():
+        taken = self._window.poll()
+        self._punctuality.poll(self._clock.now())
+        for raw in taken:
             if self._conductor.finished:
                 return
             self._conductor.feed(self._stamped(raw))
@@ -141,6 +170,10 @@ class LiveLoop:
             return PointerPressed(t_ns, raw.x, raw.y, raw.target, raw.poll_gap_ns)
         if isinstance(raw, RawFocus):
             return FocusChanged(t_ns, raw.focused)
+        if isinstance(raw, RawText):
+            return TextTyped(t_ns, raw.text)
+        if isinstance(raw, RawWindow):
+            return WindowChanged(t_ns, raw.change, raw.width, raw.height)
         assert isinstance(raw, RawClose)  # noqa: S101 - the union has no other member
         return QuitRequested(t_ns, "window closed")
 
@@ -150,6 +183,7 @@ class LiveLoop:
         rate = pace.timesteps_per_second
         if conductor.pace_changed:
             conductor.pace_changed = False
+            self._punctuality.stood_still()
             self._next_due_ns = clock.now() + round(SECOND / rate) if rate else 0
         if not rate or conductor.finished:
             return
@@ -162,6 +196,7 @@ class LiveLoop:
             late = now - self._next_due_ns
             # A stall is not caught up with a burst: the steps between are not run.
             self._next_due_ns += period * (1 + late // period)
+            self._punctuality.timestep(now)
             conductor.feed(TimestepDue(now, late))
 
     def _hurry(self) -> None:
@@ -188,6 +223,7 @@ class LiveLoop:
         shown_ns = self._clock.now()
         if self._last_frame_ns >= 0:
             self._frames.append(shown_ns - self._last_frame_ns)
+            self._punctuality.frame(shown_ns - self._last_frame_ns)
         self._last_frame_ns = shown_ns
 
     def _observe(self, now: int) -> None:
@@ -208,7 +244,7 @@ class LiveLoop:
     def _flush_frames(self, now: int) -> None:
         if self._frames:
             intervals = np.array(self._frames, dtype=np.float64) / SECOND
-            self._conductor.observe(FrameIntervals(now, self._conductor.trial_id, intervals))
+            self._conductor.observe(FrameIntervals(now, self._trial_id, intervals))
             self._frames.clear()
 
     @contextmanager

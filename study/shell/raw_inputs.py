@@ -41,6 +41,26 @@ class RawFocus:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
+class RawText:
+    """Characters were typed; only while the screen takes text."""
+
+    text: str
+    at_perf_ns: int
+    poll_gap_ns: int
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class RawWindow:
+    """The window was "resized", "minimised" or "restored"; its size then, pixels."""
+
+    change: str
+    width: int
+    height: int
+    at_perf_ns: int
+    poll_gap_ns: int
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
 class RawClose:
     """The window was asked to close."""
 
@@ -48,4 +68,4 @@ class RawClose:
     poll_gap_ns: int
 
 
-RawInput = RawKey | RawPointer | RawFocus | RawClose
+RawInput = RawKey | RawPointer | RawFocus | RawText | RawWindow | RawClose

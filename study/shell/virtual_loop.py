@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Protocol
 
 from study.errors import StudyError
-from study.events.inputs import KeyChanged, TimestepDue
-from study.screens import Screen
+from study.events.inputs import KeyChanged, TextTyped, TimestepDue
+from study.screens import Screen, SurveyScreen
 from study.shell.conductor import Conductor
 
 SECOND = 1_000_000_000
@@ -76,8 +76,15 @@ def run_virtual(conductor: Conductor, operator: Operator, clock: VirtualClock) -
                 if conductor.finished:
                     return
                 conductor.feed(KeyChanged(clock.now_ns, stroke.key, stroke.down, poll_gap_ns=0))
+                if stroke.down and len(stroke.key) == 1 and _takes_text(conductor.screen):
+                    conductor.feed(TextTyped(clock.now_ns, stroke.key))
         idle_ticks = 0 if running else idle_ticks + 1
         if idle_ticks > STALLED_TICKS:
             raise StudyError(f"the simulated operator found no way on from {type(screen).__name__}")
         if running and conductor.pace.timesteps_per_second > 0 and not conductor.finished:
             conductor.feed(TimestepDue(clock.now_ns, late_ns=0))
+
+
+def _takes_text(screen: Screen | None) -> bool:
+    """Whether characters reach the session too, as a window's do."""
+    return isinstance(screen, SurveyScreen) and screen.takes_text

@@ -13,14 +13,24 @@ from collections import deque
 import pygame
 
 from study.errors import StudyError
-from study.screens import Screen
+from study.messages import Messages
+from study.screens import Screen, SurveyScreen
 from study.shell.drawing.lettering import clear_fonts
 from study.shell.drawing.renderer import Renderer
 from study.shell.keyboard import key_name
 from study.shell.pygame_check import require_pygame_ce
-from study.shell.raw_inputs import RawClose, RawFocus, RawInput, RawKey, RawPointer
+from study.shell.raw_inputs import (
+    RawClose,
+    RawFocus,
+    RawInput,
+    RawKey,
+    RawPointer,
+    RawText,
+    RawWindow,
+)
 
 SMALLEST = (1280, 720)
+LARGEST_UI_SCALE = 2.0
 WATCHED = (
     pygame.KEYDOWN,
     pygame.KEYUP,
@@ -28,9 +38,19 @@ WATCHED = (
     pygame.WINDOWFOCUSGAINED,
     pygame.WINDOWFOCUSLOST,
     pygame.WINDOWEXPOSED,
+    pygame.WINDOWSIZECHANGED,
+    pygame.WINDOWMINIMIZED,
+    pygame.WINDOWRESTORED,
+    pygame.TEXTINPUT,
     pygame.QUIT,
 )
 DEFAULT_REFRESH_HZ = 60.0
+
+CHANGES = {
+    pygame.WINDOWSIZECHANGED: "resized",
+    pygame.WINDOWMINIMIZED: "minimised",
+    pygame.WINDOWRESTORED: "restored",
+}
 
 UNSEEN_DRIVERS = ("offscreen", "dummy", "evdev")
 """SDL falls back to these without a word where there is no display."""
@@ -46,14 +66,30 @@ def _refuse_unseen(driver: str) -> None:
         raise pygame.error("there is no display")
 
 
+def check_ui_scale(factor: float) -> float:
+    """Return a factor by which text is larger.
+
+    Raises:
+        StudyError: it is not from 1 to 2.
+    """
+    if not 1.0 <= factor <= LARGEST_UI_SCALE:
+        raise StudyError(
+            f"a UI scale of {factor:g}",
+            f"Give one from 1 to {LARGEST_UI_SCALE:g}; 1 is what suits the window's size.",
+        )
+    return factor
+
+
 class Window:
     """An open window.
 
     Args:
         size: pixels; None takes the whole screen if ``fullscreen``, else 1280x960.
         fullscreen: whether it fills the screen.
-        ui_factor: 1.25 makes everything that is written a quarter larger.
+        ui_factor: 1 to 2 times the size of text that suits the window; less where that does not
+            fit.
         caption: what the window is called.
+        messages: the texts of the participant's language; English if None.
 
     Raises:
         StudyError: there is no display, it is too small, or pygame is not pygame-ce.
@@ -66,6 +102,7 @@ class Window:
         fullscreen: bool = False,
         ui_factor: float = 1.0,
         caption: str = "Study",
+        messages: Messages | None = None,
     ) -> None:
         require_pygame_ce()
         if size is not None and (size[0] < SMALLEST[0] or size[1] < SMALLEST[1]):
@@ -91,8 +128,12 @@ class Window:
             ) from error
         self.size: tuple[int, int] = self._surface.get_size()
         self.fullscreen = fullscreen
-        self._renderer = Renderer(self.size, ui_factor)
+        self._renderer = Renderer(self.size, check_ui_scale(ui_factor), messages)
         self._screen: Screen | None = None
+        self._exposed = True
+        self._text_input = False
+        self._ui_factor = ui_factor
+        self._messages = messages
         self._last_poll_ns = time.perf_counter_ns()
         self._waiting: deque[pygame.event.Event] = deque()
         pygame.key.set_repeat()
@@ -129,12 +170,23 @@ class Window:
     def show(self, screen: Screen) -> None:
         """Show a screen from the next picture on."""
         self._screen = screen
+        takes_text = isinstance(screen, SurveyScreen) and screen.takes_text
+        if takes_text and not self._text_input:
+            pygame.key.start_text_input()
+        elif self._text_input and not takes_text:
+            pygame.key.stop_text_input()
+        self._text_input = takes_text
 
     def draw(self, now_ns: int) -> None:
         """Draw the screen as it is at a session time, and put it on the display."""
+        changed = None
         if self._screen is not None:
-            self._renderer.draw(self._surface, self._screen, now_ns)
-        pygame.display.flip()
+            changed = self._renderer.draw(self._surface, self._screen, now_ns)
+        if changed is None or self._exposed:
+            self._exposed = False
+            pygame.display.flip()
+        elif changed:
+            pygame.display.update(changed)
 
     def poll(self) -> list[RawInput]:
         """Take everything from the event queue, oldest first."""
@@ -173,6 +225,24 @@ class Window:
             return RawPointer(float(x), float(y), target, now, gap)
         if event.type in (pygame.WINDOWFOCUSGAINED, pygame.WINDOWFOCUSLOST):
             return RawFocus(event.type == pygame.WINDOWFOCUSGAINED, now, gap)
+        if event.type == pygame.WINDOWEXPOSED:
+            # What another window covered is sent to the display again.
+            self._exposed = True
+        if event.type == pygame.TEXTINPUT:
+            return RawText(event.text, now, gap) if self._text_input else None
+        if event.type in CHANGES:
+            return self._changed(CHANGES[event.type], now, gap)
         if event.type == pygame.QUIT:
             return RawClose(now, gap)
         return None
+
+    def _changed(self, change: str, now: int, gap: int) -> RawInput | None:
+        """Draw at the new size from now on; the size that the window opens with is no change."""
+        size = pygame.display.get_window_size()
+        if change == "resized":
+            if size == self.size:
+                return None
+            self._surface = pygame.display.get_surface() or self._surface
+            self.size = self._surface.get_size()
+            self._renderer = Renderer(self.size, self._ui_factor, self._messages)
+        return RawWindow(change, *size, now, gap)

@@ -10,7 +10,7 @@ from study.events.scene import Scene
 from study.screens import FleetScreen, Tile
 from study.simulated.attention import Glances, Memory
 from study.simulated.driving import CorrectionMonitor, Driver
-from study.simulated.keys import DrivingHand, KeyStroke, number_key, tap
+from study.simulated.keys import DrivingHand, KeyStroke, number_keys, tap
 from study.simulated.parameters import OperatorParameters
 from study.simulated.planner import Plan, plan_for
 from study.simulated.ratings import Experience
@@ -83,7 +83,7 @@ class FleetOperator:
             self.noticed = (own.robot,)
             self._memory.look(plan, own, now_ns)
             experience.see_ending(own)
-        if screen.allocation in {"manual", "suggested"} and screen.view == "tiles":
+        if screen.allocation in {"manual", "suggested"} and screen.view != "operated_only":
             strokes += self._choose(plan, screen, experience, now_ns)
         # Once a number is pressed, the hand waits for the new robot.
         if own is None or self._pressed or now_ns < self._oriented_ns:
@@ -129,9 +129,7 @@ class FleetOperator:
             return self._hand.hold("")
         self._oriented_ns = now_ns + round(self._parameters.reorientation_s * 1e9)
         self._glances.postpone(self._oriented_ns)
-        passing = self._pressed and number_key(self._target) is None
-        if not passing or own.robot == self._target:
-            self._target, self._pressed = -1, False
+        self._target, self._pressed = -1, False
         self._need_at_switch = self._memory.need(own.robot, now_ns)
         impression = self._memory.look(plan, own, now_ns)
         impression.take_over(now_ns)
@@ -202,24 +200,23 @@ class FleetOperator:
         """Press the chosen robot's key once the hand is there; give up if it does nothing."""
         if now_ns < self._press_ns:
             return ()
-        key = number_key(self._target)
-        patience_ns = _PATIENCE_NS * (1 if key is not None else screen.robots)
-        if self._pressed and now_ns - self._press_ns > patience_ns:
+        if self._pressed and now_ns - self._press_ns > _PATIENCE_NS:
             impression = self._memory.impressions[self._target]
             if impression is not None:
                 impression.unavailable = True
             self._target, self._pressed = -1, False
             return ()
-        if self._pressed and key is not None:
+        if self._pressed:
             return ()
-        experience.choices += not self._pressed
+        experience.choices += 1
         self._pressed = True
-        if key is None:
-            # Beyond the number keys there is only going on from robot to robot.
-            key = "tab"
-        elif self._target == screen.suggested:
-            key = "space"
-        return self._hand.hold("") + tap(key)
+        keys = number_keys(self._target, screen.robots)
+        if self._target == screen.suggested:
+            keys = (screen.accept_key,)
+        strokes = self._hand.hold("")
+        for key in keys:
+            strokes += tap(key)
+        return strokes
 
 
 def _tile_of(screen: FleetScreen) -> Tile | None:

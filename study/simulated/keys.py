@@ -30,6 +30,17 @@ def number_key(robot: int) -> str | None:
     return _NUMBER_KEYS[robot] if 0 <= robot < len(_NUMBER_KEYS) else None
 
 
+def number_keys(robot: int, robots: int) -> tuple[str, ...]:
+    """Return the keys that choose ``robot`` (from 0) among ``robots``, to be tapped in turn.
+
+    Beyond the keys of the number row, numbers are typed; 0 before a digit chooses at once.
+    """
+    if robots <= len(_NUMBER_KEYS):
+        key = number_key(robot)
+        return () if key is None else (key,)
+    return tuple(f"{robot + 1:02d}")
+
+
 class DrivingHand:
     """Holds the driving keys.
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import Protocol
 
 from study.screens import (
+    BreakScreen,
+    CountdownScreen,
     EndScreen,
     FleetScreen,
     PageScreen,
@@ -22,6 +24,9 @@ from study.simulated.ratings import Experience, Rater
 
 _GLIMPSE_S = 1.0
 _HIGHEST_DIGIT = 9
+_REMARK = "fine"
+_USUAL_NUMBER = 30
+"""What is asked for is most often an age."""
 
 
 class Operator(Protocol):
@@ -83,7 +88,7 @@ class SimulatedOperator:
             self._ready_ns = now_ns + round(self._reading_s(screen) * 1e9)
             if isinstance(screen, RevealScreen):
                 self._experience.see_reveal(screen)
-        if now_ns < self._ready_ns or isinstance(screen, WaitScreen):
+        if now_ns < self._ready_ns or isinstance(screen, WaitScreen | CountdownScreen):
             return ()
         # Should a key do nothing, it is pressed again after a while: there is no dead end.
         self._ready_ns = now_ns + round(_GLIMPSE_S * 1e9)
@@ -97,8 +102,18 @@ class SimulatedOperator:
             return tap("return")
         if screen.focus >= len(screen.items) or screen.items[screen.focus].value is not None:
             return tap("tab")
-        answer = self._rater.answer(screen.items[screen.focus], self._experience)
-        return tap(str(min(answer, _HIGHEST_DIGIT)))
+        item = screen.items[screen.focus]
+        if item.kind == "number":
+            return _typed(str(min(item.high, max(item.low, _USUAL_NUMBER))), item.typed)
+        if item.kind == "choice":
+            return tap("1")
+        if item.kind == "text":
+            return _typed(_REMARK, item.typed)
+        answer = self._rater.answer(item, self._experience)
+        if item.high > _HIGHEST_DIGIT:
+            # A digit stands for tens; the focus stays for the arrows.
+            return (*tap(str(min(answer // 10, _HIGHEST_DIGIT))), *tap("tab"))
+        return tap(str(answer))
 
     def _reading_s(self, screen: Screen) -> float:
         parameters = self.parameters
@@ -106,11 +121,19 @@ class SimulatedOperator:
             text = " ".join((screen.title, screen.subtitle, *screen.paragraphs))
             seconds = len(text.split()) / parameters.words_per_second
             return max(parameters.page_minimum_s, seconds)
+        if isinstance(screen, BreakScreen):
+            return float(screen.wait_seconds)
         if isinstance(screen, SurveyScreen):
             open_items = [item for item in screen.items if item.value is None]
             words = len(open_items[0].text.split()) if open_items else 0
             return words / parameters.words_per_second + parameters.answer_delay_s
         return parameters.page_minimum_s
+
+
+def _typed(text: str, before: str) -> tuple[KeyStroke, ...]:
+    """Return the strokes that type a text in place of the one before."""
+    keys = ["backspace"] * len(before) + list(text)
+    return tuple(stroke for key in keys for stroke in tap(key))
 
 
 def _place_of(screen: Screen) -> tuple[object, ...]:
@@ -120,9 +143,11 @@ def _place_of(screen: Screen) -> tuple[object, ...]:
             return ("page", screen.header_left, screen.header_right, screen.title)
         case SurveyScreen():
             answers = tuple((item.item, item.value) for item in screen.items)
-            return ("survey", screen.header_left, screen.focus, answers)
+            return ("survey", screen.header_left, screen.title, screen.focus, answers)
         case RevealScreen():
             return ("reveal", screen.header_left, screen.block)
+        case BreakScreen():
+            return ("break", screen.seconds_total)
         case PauseScreen():
             return ("pause", screen.confirm_stop)
         case WaitScreen() | EndScreen():

@@ -75,6 +75,7 @@ def test_replay_notices_a_changed_event(navigation: Path) -> None:
     rows[place] = reader.RawRecord(old.sequence, old.topic, old.log_time_ns, encode(forged))
 
     class Forged:
+        losses: tuple[()] = ()
         complete = True
 
         def raw(self, *families: str) -> list[reader.RawRecord]:

@@ -55,7 +55,7 @@ def test_choice_sets_hold_operator_choices_only(rows: list[Timestep], robots: in
         row
         for row in rows
         if row.robots == robots
-        and row.choice_source in (ChoiceSource.OPERATOR, ChoiceSource.ACCEPTED_SUGGESTION)
+        and row.choice_source == ChoiceSource.OPERATOR
         and row.choice_flag == ChoiceFlag.USABLE
         and row.operated != -1
         and row.available[row.operated] == 1

@@ -22,6 +22,7 @@ class Records:
     def __init__(self, rows: list[tuple[str, bytes]], *, complete: bool = True) -> None:
         self.rows = rows
         self.complete = complete
+        self.losses: tuple[()] = ()
 
     def raw(self, *families: str) -> list[RawRecord]:
         """Return the records."""

@@ -21,10 +21,18 @@ from study.events.inputs import (
     RecordingInterrupted,
     RecordingRestored,
     SessionOpened,
+    TextTyped,
     TimestepDue,
 )
 from study.recording.wire import decode, encode
-from study.screens import FleetScreen, PauseScreen, Screen, SurveyScreen, WaitScreen
+from study.screens import (
+    BreakScreen,
+    FleetScreen,
+    PauseScreen,
+    Screen,
+    SurveyScreen,
+    WaitScreen,
+)
 from study.session.effects import (
     Effect,
     Finish,
@@ -244,12 +252,28 @@ class FakeShell:
             self.answer_fleet()
         elif self.fit is not None:
             self.answer_fit()
+        elif isinstance(screen, BreakScreen) and not screen.wait_seconds:
+            self.key("return")
         elif self.pace > 0:
             self.due()
         elif isinstance(screen, SurveyScreen) and not screen.complete:
-            self.key(str(1 + int(self._random.integers(7))))
+            self.answer_question(screen)
         else:
             self.key("return")
+
+    def answer_question(self, screen: SurveyScreen) -> None:
+        """Answer the question in focus, or go to the next."""
+        item = screen.items[screen.focus] if screen.focus < len(screen.items) else None
+        if item is None or item.value is not None:
+            self.key("tab")
+        elif item.kind == "text":
+            self.feed(TextTyped(self.later(1_000_000), "fine"))
+        elif item.kind == "number":
+            for key in ["backspace"] * len(item.typed) + list(str(item.low)):
+                self.key(key)
+        else:
+            # One of the first two is there in any choice.
+            self.key(str(1 + int(self._random.integers(2 if item.kind == "choice" else 7))))
 
     def go_on_until(self, reached: Callable[[], bool], limit: int = 2_000) -> None:
         """Help until something holds."""

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Literal
 
 from study.events.scene import Scene
 from study.events.task_description import RewardTerm
 from study.layouts import named_layout
 from study.screens import (
+    BreakScreen,
+    ConsentScreen,
+    CountdownScreen,
     Cue,
     CueKind,
     EndScreen,
@@ -225,6 +229,54 @@ def survey(*, values: tuple[int | None, ...] = (5, None), focus: int = 0) -> Sur
     )
 
 
+def form(*items: SurveyItem, focus: int = 0) -> SurveyScreen:
+    """Return a form of other kinds of questions."""
+    return dataclasses.replace(
+        survey(), header_left="Before we start", header_right="Questions 1 to 3 of 6",
+        title="About you", prompt="A few questions before we start.", items=items, focus=focus,
+        complete=False,
+    )  # fmt: skip
+
+
+def about_you() -> SurveyScreen:
+    """Return a number, a choice that is made and a text."""
+    often = ("Never", "A few times a year", "Monthly", "Weekly", "Daily")
+    return form(
+        SurveyItem("age", "How old are you?", 16, 110, (), None, kind="number", typed="1"),
+        SurveyItem("games", "How often do you play?", 1, 5, (), 2, kind="choice", options=often),
+        SurveyItem("words", "Anything else?", 0, 400, (), 4, kind="text", typed="1 2 3"),
+    )
+
+
+def load_index() -> SurveyScreen:
+    """Return long scales in steps of five."""
+    ends = ((0, "Very low"), (100, "Very high"))
+    asked = (
+        ("mental", "Mental demand: how mentally demanding was the task?", None),
+        ("physical", "Physical demand: how physically demanding was the task?", 100),
+        ("success", "Performance: how successful were you in what you were asked to do?", 35),
+    )
+    return form(*(SurveyItem(name, text, 0, 100, ends, value, step=5)
+                  for name, text, value in asked))  # fmt: skip
+
+
+def consent(chosen: Literal["", "agreed", "declined"] = "") -> ConsentScreen:
+    """Return a text to agree to, as long as such texts are."""
+    return ConsentScreen(
+        "Before we start",
+        (
+            "You are invited to take part in a study on how people look after a fleet of robots. "
+            "It takes about an hour.",
+            "Your keys, your answers and the robots' paths are recorded under a pseudonym. They "
+            "may be published in that form. Nothing else about you is kept.",
+            "You can pause and stop at any time, without giving a reason, and have everything "
+            "erased that was recorded.",
+            "There are no known risks beyond those of an hour before a screen.",
+        ),
+        chosen,
+    )
+
+
 def reveal(*, negative: bool = False) -> RevealScreen:
     """Return a block's points."""
     rewards = (148.2, 171.0, 96.4, 204.0, 187.3, 162.0, 221.4, 195.1)
@@ -314,6 +366,24 @@ def samples() -> dict[str, Screen]:
             0.4,
         ),
         "wait_unknown": WaitScreen("One moment", "The robot is learning from your drive.", -1.0),
+        "assisted_announced": dataclasses.replace(
+            assisted(), switched_ns=-1, dwell_left=0.1, switch_seconds_left=0.4
+        ),
+        "tiles_announced": dataclasses.replace(
+            manual, allocation="assisted", dwell_left=0.1, switch_seconds_left=0.4
+        ),
+        "countdown": CountdownScreen(3, dataclasses.replace(manual, switched_ns=-1)),
+        "countdown_enlarged": CountdownScreen(
+            3, dataclasses.replace(manual, operated=-1, view="enlarged")
+        ),
+        "break_must": BreakScreen(seconds_left=95, seconds_total=120, wait_seconds=35),
+        "break_may": BreakScreen(seconds_left=0, seconds_total=120, wait_seconds=0),
+        "consent": consent(),
+        "consent_agreed": consent("agreed"),
+        "survey_kinds": about_you(),
+        "survey_long_scales": load_index(),
+        "pause_erase": PauseScreen("", confirm_stop=False, can_erase=True),
+        "pause_erase_sure": PauseScreen("", confirm_stop=False, can_erase=True, confirm_erase=True),
         "pause": PauseScreen("Paused", confirm_stop=False),
         "pause_stop": PauseScreen("Paused", confirm_stop=True),
         "end": EndScreen(

@@ -9,6 +9,8 @@ from pathlib import Path
 from protocols import variant
 from study.events.inputs import SessionOpened
 from study.loading import LoadedProtocol, load_protocol
+from study.session.consent import consent_sha256
+from study.session.rules import CURRENT
 
 SHORTER = (
     ("horizon = 20", "horizon = 6"),
@@ -31,7 +33,8 @@ def short_study(*changes: tuple[str, str]) -> LoadedProtocol:
 def opened(
     loaded: LoadedProtocol, *, seed: int = 7, order: tuple[str, ...] = ("manual", "assisted")
 ) -> SessionOpened:
-    """Return the first input of a session."""
+    """Return the first input of a session; a consent text is agreed to."""
+    part = loaded.protocol.consent
     return SessionOpened(
         t_ns=0,
         session_id="0" * 16,
@@ -47,4 +50,7 @@ def opened(
         started_utc="2026-01-01T00:00:00+00:00",
         planned_index=0,
         questionnaires_json=loaded.questionnaires_json(),
+        rules=CURRENT,
+        consent_sha256=consent_sha256(part) if part else "",
+        consented_utc="2026-01-01T00:00:00+00:00" if part else "",
     )

@@ -9,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from study.events.codes import Outcome
-from study.screens import Cue, FleetScreen, Tile
+from study.screens import Cue, FleetScreen, Tile, View
 from study.seeding import stream_seed
+from study.session.number_entry import NumberEntry
 from study.simulated.keys import KeyStroke
 from study.simulated.operator import Operator
 from study.tasks.navigation import IDLE, create
@@ -82,7 +83,7 @@ class World:
         *,
         seed: int = 0,
         dwell: int = 15,
-        view: str = "tiles",
+        view: View = "tiles",
         places: npt.NDArray[np.float32] | None = None,
     ) -> None:
         self.task = create(robots, {})
@@ -97,6 +98,7 @@ class World:
             snapshot["states"] = places
             self.task.restore(snapshot)
             self.states = places.copy()
+        self._numbers = NumberEntry(tuple(NUMBER_KEYS), robots)
         self.operated = -1 if allocation == "manual" and robots > 1 else 0
         self.switched_ns = -1
         self.timestep = 0
@@ -151,9 +153,9 @@ class World:
         if self.allocation == "manual" and self.robots > 1:
             for key in self.keyboard.tapped:
                 before = self.operated
-                if NUMBER_KEYS.get(key, self.robots) < self.robots:
-                    self.operated = NUMBER_KEYS[key]
-                elif key == "tab":
+                for robot in self._numbers.press(key, self.now_ns):
+                    self.operated = robot
+                if key == "tab":
                     self.operated = (self.operated + 1) % self.robots
                 if self.operated != before:
                     self.switched_ns = self.now_ns

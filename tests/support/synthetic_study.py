@@ -129,6 +129,9 @@ class Session:
                 started_utc=f"2026-11-{3 + plan.index // 2:02d}T09:{plan.index:02d}:00Z",
                 planned_index=plan.index,
                 questionnaires_json=json.dumps(QUESTIONNAIRES),
+                rules=1,
+                consent_sha256="",
+                consented_utc="",
             )
         )
         self.add(ev.SessionStarted(self.now, plan.participant, self.order, 20))

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator
+from contextlib import contextmanager
 
 import pygame
 
+from study.messages import SOURCE, Messages, messages_for
 from study.shell.drawing import palette
+from study.shell.drawing.drawn import Boxed, Part, Watcher, Written, is_crowded
 from study.shell.drawing.lettering import (
     CAP_HEIGHT,
     Align,
@@ -41,21 +44,78 @@ def ui_scale(size: tuple[int, int], factor: float = 1.0) -> float:
 class Canvas:
     """A surface with the means to draw on it.
 
+    Args:
+        size: of the surface, pixels.
+        factor: the user's wish for larger (> 1) or smaller text.
+        messages: the texts of the participant's language; English if None.
+
     Attributes:
         surface: what is drawn on.
         size: of the surface, pixels.
         scale: pixels to one design pixel.
         overflows: texts that did not fit their place since the list was last cleared.
+        written: lines written since the list was last cleared, those of kept parts included.
+        boxed: boxes drawn since the list was last cleared where nothing moves, likewise.
+        watcher: for tests: told of all that is drawn.
     """
 
-    def __init__(self, size: tuple[int, int], factor: float = 1.0) -> None:
+    def __init__(
+        self, size: tuple[int, int], factor: float = 1.0, messages: Messages | None = None
+    ) -> None:
         self.size = size
         self.scale = ui_scale(size, factor)
+        self.messages = messages or messages_for(SOURCE)
+        self.say = self.messages.say
+        self.count = self.messages.count
         self.surface = pygame.Surface(size)
         self.overflows: list[str] = []
+        self.written: list[Written] = []
+        self.boxed: list[pygame.Rect] = []
+        self.watcher: Watcher | None = None
+        self._aside = False
+        self._moving = False
         self._sprites = Sprites()
         self._backgrounds: dict[Hashable, pygame.Surface] = {}
-        self._parts: dict[Hashable, tuple[pygame.Rect, object, pygame.Surface]] = {}
+        self._parts: dict[Hashable, Part] = {}
+
+    def rescale(self, scale: float) -> None:
+        """Draw at another number of pixels to one design pixel from now on."""
+        if scale != self.scale:
+            self.scale = scale
+            self._parts.clear()
+
+    @contextmanager
+    def at(self, scale: float) -> Iterator[None]:
+        """Draw at another scale meanwhile: a strip whose texts are long is drawn smaller."""
+        before, self.scale = self.scale, scale
+        try:
+            yield
+        finally:
+            self.scale = before
+
+    def begin(self) -> None:
+        """Begin a picture: nothing is written yet."""
+        self.overflows.clear()
+        self.written.clear()
+        self.boxed.clear()
+
+    @property
+    def crowded(self) -> bool:
+        """Whether anything still is clipped, lies on a text, or reaches over a box's edge."""
+        return bool(self.overflows) or is_crowded(self.size, self.written, self.boxed)
+
+    def no_room(self, what: str) -> None:
+        """Report that something could not be drawn at this scale."""
+        self.overflows.append(what)
+
+    @contextmanager
+    def moving(self) -> Iterator[None]:
+        """Mark what is drawn meanwhile as belonging to a map and what moves on it."""
+        before, self._moving = self._moving, True
+        try:
+            yield
+        finally:
+            self._moving = before
 
     def u(self, design: float) -> int:
         """Return design pixels as pixels of the surface."""
@@ -81,10 +141,11 @@ class Canvas:
                 self._backgrounds.clear()
             found = pygame.Surface(size)
             shown, self.surface = self.surface, found
+            before, self._aside = self._aside, True
             try:
                 paint()
             finally:
-                self.surface = shown
+                self.surface, self._aside = shown, before
             self._backgrounds[key] = found
         return found
 
@@ -101,11 +162,22 @@ class Canvas:
         """
         place = place.clip(self.surface.get_rect())
         found = self._parts.get(name)
-        if found is not None and found[0] == place and found[1] == key:
-            self.surface.blit(found[2], place)
+        if found is not None and found.place == place and found.key == key:
+            self.surface.blit(found.picture, place)
+            self.written += found.written
+            self.boxed += found.boxed
             return
+        written, boxed = len(self.written), len(self.boxed)
         paint()
-        self._parts[name] = (place, key, self.surface.subsurface(place).copy())
+        picture = self.surface.subsurface(place).copy()
+        self._parts[name] = Part(
+            place, key, picture, tuple(self.written[written:]), tuple(self.boxed[boxed:])
+        )
+
+    def part_key(self, name: Hashable) -> object:
+        """Return the key under which a part was painted last, or None."""
+        found = self._parts.get(name)
+        return None if found is None else found.key
 
     def put(self, sprite: pygame.Surface, x: float, y: float, alpha: float = 1.0) -> None:
         """Draw a sprite with its middle at (x, y), whole pixels, at an opacity of 0 to 1."""
@@ -160,6 +232,11 @@ class Canvas:
         outside = not self.surface.get_rect().contains(place)
         if text and (outside or (width is not None and length > width + 1)):
             self.overflows.append(text)
+        if text and not self._aside:
+            written = Written(text, place, colour, self._moving)
+            self.written.append(written)
+            if self.watcher is not None:
+                self.watcher(self.surface, written)
         self.surface.blit(line, (round(left), round(top)))
         return place
 
@@ -168,6 +245,11 @@ class Canvas:
     ) -> int:
         """Return the width of a line in pixels."""
         return text_width(text, weight, max(1, round(size)), tabular=tabular)
+
+    def fits(self, text: str, size: float, width: float, weight: Weight = "medium") -> bool:
+        """Return whether a line fits a width in pixels if it may shrink a little."""
+        smallest = max(1, round(size * SHRINK))
+        return text_width(text, weight, smallest) <= width + 1
 
     def paragraph_height(
         self, text: str, width: float, size: float, weight: Weight = "medium"
@@ -232,6 +314,10 @@ class Canvas:
             edge: colour of the edge, or None.
             edge_width: pixels, inside ``place``.
         """
+        if not self._aside and not self._moving:
+            self.boxed.append(place.copy())
+        if self.watcher is not None and not self._aside:
+            self.watcher(self.surface, Boxed(place.copy(), fill, edge, self._moving))
         r = max(1, min(round(radius), place.width // 2, place.height // 2))
         line = max(1, round(edge_width)) if edge is not None else 0
 

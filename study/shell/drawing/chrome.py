@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pygame
 
+from study.messages import noted
 from study.shell.drawing import marks, palette
 from study.shell.drawing.canvas import Canvas
 
@@ -12,12 +13,14 @@ ARROW_NAMES = frozenset(ARROWS.values())
 KEY_WORDS = {
     "arrows": "← ↑ ↓ →",
     "-": "−",
-    "backspace": "Backspace",
-    "space": "Space",
-    "escape": "Esc",
-    "return": "Enter",
-    "tab": "Tab",
+    "backspace": noted("Backspace"),
+    "space": noted("Space"),
+    "escape": noted("Esc"),
+    "return": noted("Enter"),
+    "tab": noted("Tab"),
 }
+KEY_NAMES = frozenset({"Backspace", "Space", "Esc", "Enter", "Tab"})
+ENTER = noted("Enter")
 PLAIN = frozenset({"…", "–", "to", "or"})
 """Parts of a label that are words between key caps."""
 TALL_WINDOW = 860
@@ -84,13 +87,19 @@ def key_tokens(label: str) -> list[str]:
     return expanded.split()
 
 
+def key_text(canvas: Canvas, token: str) -> str:
+    """Return what is written on a key."""
+    return canvas.say(token) if token in KEY_NAMES or token in PLAIN else token
+
+
 def cap_width(canvas: Canvas, token: str, height: float) -> int:
     """Return the width of a key cap, pixels."""
     if token in ARROWS or token.lower() in ARROW_NAMES:
         return round(height * 0.96)
+    text = key_text(canvas, token)
     if token in PLAIN:
-        return canvas.text_width(token, height * 0.62) + round(height * 0.16)
-    return max(round(height * 0.96), canvas.text_width(token, height * 0.52, "semibold")
+        return canvas.text_width(text, height * 0.62) + round(height * 0.16)
+    return max(round(height * 0.96), canvas.text_width(text, height * 0.52, "semibold")
                + round(height * 0.56))  # fmt: skip
 
 
@@ -98,8 +107,8 @@ def draw_cap(canvas: Canvas, token: str, x: float, y: float, height: float) -> i
     """Draw a key cap from its left edge at x, its middle at y; return its width in pixels."""
     width = cap_width(canvas, token, height)
     if token in PLAIN:
-        canvas.write(token, x + width / 2, y, height * 0.62, colour=palette.SECONDARY,
-                     align="centre")  # fmt: skip
+        canvas.write(key_text(canvas, token), x + width / 2, y, height * 0.62,
+                     colour=palette.SECONDARY, align="centre")  # fmt: skip
         return width
     place = pygame.Rect(round(x), round(y - height / 2), width, round(height))
     shade = max(2, round(height * 0.08))
@@ -113,8 +122,8 @@ def draw_cap(canvas: Canvas, token: str, x: float, y: float, height: float) -> i
             max(1.6, height * 0.085),
         )  # fmt: skip
     else:
-        canvas.write(token, place.centerx, place.centery, height * 0.52, weight="semibold",
-                     align="centre")  # fmt: skip
+        canvas.write(key_text(canvas, token), place.centerx, place.centery, height * 0.52,
+                     weight="semibold", align="centre")  # fmt: skip
     return width
 
 
@@ -139,11 +148,40 @@ def draw_keys(
     return round(x - start)
 
 
+def draw_hints(
+    canvas: Canvas, hints: list[tuple[str, str]], tail: str, left: int, right: int, y: int
+) -> None:
+    """Draw key caps with what they do and a word after them, smaller if room is short.
+
+    Args:
+        canvas: to draw on.
+        hints: (label, word) pairs.
+        tail: words after the last.
+        left: where they begin, pixels.
+        right: where they must end, pixels.
+        y: their middle, pixels.
+    """
+    scale = canvas.scale
+    while True:
+        with canvas.at(scale):
+            u = canvas.u
+            widths = [keys_width(canvas, *hint, u(36), u(19)) + u(26) for hint in hints]
+            fits = sum(widths) + canvas.text_width(tail, u(19)) <= right - left
+            if fits or scale < 0.5 * canvas.size[0] / 1280:
+                x = left
+                for (label, word), width in zip(hints, widths, strict=True):
+                    draw_keys(canvas, label, word, x, y, u(36), u(19))
+                    x += width
+                canvas.write(tail, x, y, u(19), colour=palette.SECONDARY, width=right - x)
+                return
+        scale *= 0.95
+
+
 def button_rect(canvas: Canvas, action: str, right: int, middle: int) -> pygame.Rect:
     """Return where the Enter button is, its right edge and middle given, pixels."""
     height = canvas.u(60)
     width = (
-        canvas.u(18) + cap_width(canvas, "Enter", canvas.u(36)) + canvas.u(14)
+        canvas.u(18) + cap_width(canvas, ENTER, canvas.u(36)) + canvas.u(14)
         + canvas.text_width(action, canvas.u(21), "bold") + canvas.u(26)
     )  # fmt: skip
     return pygame.Rect(right - width, middle - height // 2, width, height)
@@ -167,10 +205,10 @@ def draw_button(
         canvas.box(outer, canvas.u(11), palette.CARD, palette.INK, edge)
     canvas.box(place, canvas.u(7), palette.BLUE if ready else palette.EDGE)
     height = canvas.u(36)
-    width = cap_width(canvas, "Enter", height)
+    width = cap_width(canvas, ENTER, height)
     cap = pygame.Rect(place.left + canvas.u(18), place.centery - height // 2, width, height)
     canvas.box(cap, canvas.u(6), palette.CARD)
-    canvas.write("Enter", cap.centerx, cap.centery, height * 0.52, weight="semibold",
+    canvas.write(canvas.say(ENTER), cap.centerx, cap.centery, height * 0.52, weight="semibold",
                  align="centre")  # fmt: skip
     canvas.write(
         action, cap.right + canvas.u(14), place.centery, canvas.u(21),

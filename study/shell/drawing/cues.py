@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import pygame
 
+from study.messages import Messages, noted
 from study.screens import Cue, CueKind
 from study.shell.drawing import marks, palette
 from study.shell.drawing.canvas import Canvas
@@ -24,11 +25,11 @@ class PillStyle:
 
 
 STYLES: dict[CueKind, PillStyle] = {
-    "lost": PillStyle(palette.INK, palette.INK, palette.CARD, palette.VERMILLION_TINT),
+    "lost": PillStyle(palette.INK, palette.CARD, palette.CARD, palette.VERMILLION_TINT),
     "time_up": PillStyle(palette.CARD, palette.INK, palette.INK, None),
-    "goal": PillStyle(palette.GREEN_TEXT, palette.GREEN_TEXT, palette.CARD, palette.GREEN_TINT),
+    "goal": PillStyle(palette.GREEN_TEXT, palette.CARD, palette.CARD, palette.GREEN_TINT),
     "damage": PillStyle(
-        palette.VERMILLION_TEXT, palette.VERMILLION_TEXT, palette.CARD, palette.VERMILLION_TINT
+        palette.VERMILLION_TEXT, palette.CARD, palette.CARD, palette.VERMILLION_TINT
     ),
     "stuck": PillStyle(palette.YELLOW, palette.INK, palette.INK, palette.YELLOW_TINT),
     "low": PillStyle(palette.CARD, palette.VERMILLION_TEXT, palette.VERMILLION_TEXT, None),
@@ -42,17 +43,26 @@ def points(amount: float) -> str:
     return f"{amount:.0f}" if abs(amount - round(amount)) < 0.05 else f"{amount:.1f}"
 
 
-def pill_text(cue: Cue, *, short: bool = False) -> str:
+WORDS: dict[CueKind, str] = {
+    "lost": noted("LOST"),
+    "time_up": noted("TIME UP"),
+    "goal": noted("GOAL"),
+    "stuck": noted("STUCK"),
+    "low": noted("LOW"),
+}
+
+
+def pill_text(messages: Messages, cue: Cue, *, short: bool = False) -> str:
     """Return the words of a cue's pill."""
     if cue.kind == "damage":
         return f"−{points(cue.amount)}"
     if cue.kind == "pack":
         return f"+{points(cue.amount)}"
-    if cue.kind == "stuck":
-        return "STUCK" if short else f"STUCK {cue.amount:.0f} s"
-    if cue.kind == "time_up":
-        return "TIME" if short else "TIME UP"
-    return cue.kind.upper()
+    if cue.kind == "stuck" and not short:
+        return messages.say("STUCK {seconds} s", seconds=f"{cue.amount:.0f}")
+    if cue.kind == "time_up" and short:
+        return messages.say("TIME")
+    return messages.say(WORDS[cue.kind])
 
 
 def _bars(canvas: Canvas, x: float, y: float, size: float, colour: Colour) -> None:
@@ -93,16 +103,19 @@ def draw_pill(
         text: words instead of the cue's own.
     """
     style = STYLES[cue.kind]
-    words = text if text is not None else pill_text(cue)
+    words = text if text is not None else pill_text(canvas.messages, cue)
     pad, sign = size * 0.5, size * 0.8
 
     def width_of(shown: str, *, signed: bool) -> float:
         mark = sign + size * 0.3 if signed else 0.0
         return 2 * pad + mark + canvas.text_width(shown, size, "bold")
 
+    if not canvas.fits(pill_text(canvas.messages, cue, short=True) if text is None else text,
+                       size, room - 4, "bold"):  # fmt: skip
+        return draw_sign(canvas, cue, x + size * SIGN_EDGE, y, size)
     signed = True
     if width_of(words, signed=True) > room:
-        words = text if text is not None else pill_text(cue, short=True)
+        words = text if text is not None else pill_text(canvas.messages, cue, short=True)
         signed = width_of(words, signed=True) <= room
     width = min(width_of(words, signed=signed), room)
     place = pygame.Rect(round(x), round(y - size * 0.75), round(width), round(size * 1.5))
@@ -121,13 +134,18 @@ def draw_pill(
     return place
 
 
-def draw_sign(canvas: Canvas, cue: Cue, right: float, y: float, size: float) -> None:
+def draw_sign(canvas: Canvas, cue: Cue, right: float, y: float, size: float) -> pygame.Rect:
     """Draw a cue's sign without words, its right edge given: for plates too small for a pill."""
     style = STYLES[cue.kind]
-    edge = round(size * 1.4)
+    edge = round(size * SIGN_EDGE)
     place = pygame.Rect(round(right) - edge, round(y - edge / 2), edge, edge)
     canvas.box(place, size * 0.3, style.fill, style.edge, max(1.5, size * 0.09))
     _sign(cue.kind)(canvas, place.centerx, place.centery, size * 0.8, style.text)
+    return place
+
+
+SIGN_EDGE = 1.4
+"""Width of a sign's box in sizes of its text."""
 
 
 def draw_mark(canvas: Canvas, cue: Cue, x: float, y: float, radius: float, *, driven: bool) -> None:

@@ -8,6 +8,7 @@ import math
 import pygame
 
 from study.events.scene import DiscMark, RectangleMark, Scene
+from study.messages import noted
 from study.screens import PageScreen, Tile
 from study.shell.drawing import chrome, leaders, maps, palette
 from study.shell.drawing.canvas import Canvas
@@ -19,6 +20,8 @@ from study.shell.drawing.tile import TileView, draw_tile
 
 SHOWN_HEALTH = 80.0
 HEADING = 1.2
+SMALLEST_MAP = 120
+"""Width of a map in design pixels below which nothing on it can be told."""
 CLEARANCE = 2.2
 """Metres of free space that are enough around the robot of an illustration."""
 
@@ -62,6 +65,10 @@ def _map_place(
     width = place.width - labels - 2 * edge
     height = place.height - 2 * edge - bar - strip
     width = min(width, round(height * scene.width / scene.height))
+    if width < canvas.u(SMALLEST_MAP):
+        # Something is drawn nevertheless: the screen is tried again at a smaller scale.
+        canvas.no_room("the map")
+        width = canvas.u(SMALLEST_MAP)
     height = round(width * scene.height / scene.width)
     left = place.left + edge
     if not labels:
@@ -86,7 +93,7 @@ def draw_annotated_map(canvas: Canvas, screen: PageScreen, place: pygame.Rect) -
     if start is not None:
         x, y = view.point(start.x, start.y)
         x += maps.disc_radius(view, start) + canvas.u(8)
-        canvas.write("start", x, y, canvas.u(18), colour=palette.SECONDARY)
+        canvas.write(canvas.say("start"), x, y, canvas.u(18), colour=palette.SECONDARY)
     right = tile_place.map.right + canvas.u(34)
     leaders.draw(canvas, _notes(view, pose), pygame.Rect(
         right, place.top, place.right - right, place.height
@@ -101,23 +108,23 @@ def _notes(view: maps.MapView, pose: Pose) -> list[leaders.Note]:
     if packs:
         pack = max(packs, key=lambda disc: disc.x + disc.y)
         x, y = view.point(pack.x, pack.y)
-        notes.append(leaders.Note("Health pack", "gives health",
+        notes.append(leaders.Note(noted("Health pack"), noted("gives health"),
                                   (x + maps.disc_radius(view, pack) * 0.5, y)))  # fmt: skip
     goals = [disc for disc in scene.discs if disc.role == "goal"]
     if goals:
-        notes.append(leaders.Note("Goal", "bring it here", _rim(view, goals[0])))
+        notes.append(leaders.Note(noted("Goal"), noted("bring it here"), _rim(view, goals[0])))
     if any(mark.role == "wall" for mark in scene.rectangles):
         edge = (view.place.right - 0.006 * view.place.width, view.place.centery - 1.0)
-        notes.append(leaders.Note("Wall", "blocks the way", edge, level=True))
+        notes.append(leaders.Note(noted("Wall"), noted("blocks the way"), edge, level=True))
     x, y = view.point(pose.x, pose.y)
     halo = view.robot_radius * DRIVEN_SCALE * HALO
-    notes.append(leaders.Note("Your robot", "points ahead", (x + halo, y)))
+    notes.append(leaders.Note(noted("Your robot"), noted("points ahead"), (x + halo, y)))
     hazards = [mark for mark in scene.rectangles if mark.role == "hazard"]
     if hazards:
         hazard = max(hazards, key=lambda mark: mark.x + mark.width - mark.y)
         drawn = view.rectangle(hazard)
         notes.append(leaders.Note(
-            "Hazard", "costs health", (drawn.right - drawn.width * 0.25, drawn.bottom
+            noted("Hazard"), noted("costs health"), (drawn.right - drawn.width * 0.25, drawn.bottom
                                        - drawn.height * 0.12)
         ))  # fmt: skip
     return notes
@@ -133,7 +140,8 @@ def draw_arrow_keys(canvas: Canvas, place: pygame.Rect) -> None:
     """Draw the arrow keys with what they do."""
     u = canvas.u
     y = place.top + u(32)
-    canvas.write("Drive with the arrow keys", place.left + u(24), y, u(22), weight="semibold",
+    title = canvas.say("Drive with the arrow keys")
+    canvas.write(title, place.left + u(24), y, u(22), weight="semibold",
                  width=place.width - u(48))  # fmt: skip
     room = place.bottom - y - u(20)
     cap = min(u(64), (room - u(44)) / 2.3)
@@ -148,17 +156,25 @@ def draw_arrow_keys(canvas: Canvas, place: pygame.Rect) -> None:
         width = chrome.cap_width(canvas, direction, cap)
         chrome.draw_cap(canvas, direction, column - width / 2, row, cap)
     size, side = u(19), cap / 2 + u(12)
-    canvas.write("forward", x + side, upper, size, weight="semibold")
-    canvas.write("turn left", x - pitch - side, lower, size, weight="semibold", align="right")
-    canvas.write("turn right", x + pitch + side, lower, size, weight="semibold")
-    canvas.write("back", x, lower + cap / 2 + u(20), size, weight="semibold", align="centre")
+    beside = x - pitch - side - place.left - u(8)
+    canvas.write(canvas.say("forward"), x + side, upper, size, weight="semibold",
+                 width=place.right - u(8) - x - side)  # fmt: skip
+    canvas.write(canvas.say("turn left"), x - pitch - side, lower, size, weight="semibold",
+                 align="right", width=beside)  # fmt: skip
+    canvas.write(canvas.say("turn right"), x + pitch + side, lower, size, weight="semibold",
+                 width=beside)  # fmt: skip
+    canvas.write(
+        canvas.say("back"), x, lower + cap / 2 + u(20), size, weight="semibold", align="centre"
+    )
 
 
 def draw_choosing(canvas: Canvas, screen: PageScreen, place: pygame.Rect) -> None:
     """Draw a row of tiles, one of them chosen, and the ways to choose it."""
     u = canvas.u
     title_y = place.top + u(32)
-    canvas.write("Choose a robot", place.left + u(24), title_y, u(22), weight="semibold")
+    canvas.write(
+        canvas.say("Choose a robot"), place.left + u(24), title_y, u(22), weight="semibold"
+    )
     shown = min(4, screen.robots)
     last = min(screen.robots, max(shown, 10))
     numbers = range(last - shown, last)
@@ -189,16 +205,14 @@ def _ways_to_choose(
 ) -> None:
     u = canvas.u
     key = screen.robot_keys[chosen] if chosen < len(screen.robot_keys) else str(chosen + 1)
-    size, cap = u(19), u(32)
-    ways = ((key, "its key"), ("Tab", "next"))
-    total = sum(chrome.keys_width(canvas, *way, cap, size) + u(22) for way in ways)
-    total += canvas.text_width("or click it", size)
-    x: float = place.left + u(24)
-    if place.width >= u(640):
-        x = place.centerx - total / 2
-    for way in ways:
-        x += chrome.draw_keys(canvas, *way, x, y, cap, size) + u(22)
-    canvas.write("or click it", x, y, size, colour=palette.SECONDARY)
+    ways = [(key, canvas.say("its key")), ("Tab", canvas.say("next"))]
+    tail = canvas.say("or click it")
+    left, right = place.left + u(24), place.right - u(24)
+    total = sum(chrome.keys_width(canvas, *way, u(36), u(19)) + u(26) for way in ways)
+    total += canvas.text_width(tail, u(19))
+    if place.width >= u(640) and total <= right - left:
+        left = place.centerx - total // 2
+    chrome.draw_hints(canvas, ways, tail, left, right, y)
 
 
 def _small_tile(canvas: Canvas, place: pygame.Rect, robot: int, *, chosen: bool) -> None:
@@ -217,8 +231,8 @@ def _small_tile(canvas: Canvas, place: pygame.Rect, robot: int, *, chosen: bool)
     )  # fmt: skip
     if chosen:
         canvas.write(
-            "YOU", (plate.right + place.right) / 2, plate.centery, min(u(22), size * 0.66),
-            weight="bold", colour=palette.BLUE_DARK, align="centre",
+            canvas.say("YOU"), (plate.right + place.right) / 2, plate.centery,
+            min(u(22), size * 0.66), weight="bold", colour=palette.BLUE_DARK, align="centre",
             width=place.right - plate.right,
         )  # fmt: skip
     heading = (0.3, 0.5, 2.6, 1.6)[robot % 4]

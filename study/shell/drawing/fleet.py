@@ -2,40 +2,79 @@
 
 from __future__ import annotations
 
-import math
+import dataclasses
 
 import pygame
 
 from study.events.scene import Role
-from study.screens import FleetScreen
-from study.shell.drawing import chrome, legend, palette
+from study.messages import Messages, noted
+from study.screens import FleetScreen, Tile
+from study.shell.drawing import chrome, frames, header, legend, palette
 from study.shell.drawing.canvas import Canvas
-from study.shell.drawing.grid import TilePlace, place_tiles
+from study.shell.drawing.grid import TilePlace, place_enlarged, place_tiles
 from study.shell.drawing.motion import Motion
 from study.shell.drawing.plate import PlateLook
-from study.shell.drawing.tile import LABEL_SECONDS, TileView, draw_tile
+from study.shell.drawing.tile import TileView, body_key, draw_tile, look_key
 
-MOST_BOXES = 16
-"""Trials beyond which progress is words only."""
 MESSAGE_HEIGHT = 36
-CLOCK_ROOM = 168
-"""Design pixels that the time left needs at least."""
-CLOCK_BAR = 120
-NOBODY = "You are not driving a robot at the moment."
+NOBODY = noted("You are not driving a robot at the moment.")
+SWITCHED = noted("Switched to robot {number}")
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Layout:
+    """Where a fleet screen's parts go, pixels.
+
+    Attributes:
+        tiles: one place a tile of the screen, in their order.
+        large: where the operated robot is enlarged, whichever it is; None in other views.
+        message: middle of the line of guidance.
+    """
+
+    tiles: tuple[TilePlace, ...]
+    large: TilePlace | None
+    message: int
+
+
+def layout(canvas: Canvas, screen: FleetScreen) -> Layout:
+    """Return where a screen's parts go."""
+    enlarged = screen.view == "enlarged" and screen.robots > 1
+    single = screen.view == "operated_only" or screen.robots == 1
+    top = chrome.header_height(canvas)
+    banded = (single or enlarged) and bool(screen.message)
+    band = canvas.u(MESSAGE_HEIGHT) if banded else 0
+    bottom = canvas.size[1] - legend.height(canvas)
+    area = pygame.Rect(0, top + band, canvas.size[0], bottom - top - band)
+    large = None
+    if single:
+        places = place_tiles(area, screen.scene, 1, canvas.scale)[: len(screen.tiles)]
+    elif enlarged:
+        large, places = place_enlarged(area, screen.scene, screen.robots, canvas.scale)
+        places = [places[tile.robot] for tile in screen.tiles]
+    else:
+        places = place_tiles(area, screen.scene, screen.robots, canvas.scale)
+        places = [places[tile.robot] for tile in screen.tiles]
+    under = top + band // 2 + canvas.u(2)
+    free = under if banded else _free_band(canvas, screen, places, top)
+    return Layout(tuple(places), large, free)
+
+
+def _free_band(canvas: Canvas, screen: FleetScreen, places: list[TilePlace], top: int) -> int:
+    """Return where a message stands: under the header, or over the legend if that is taken."""
+    bar = places[0].bar if places else 0
+    highest = min((place.body.top for place in places), default=canvas.size[1])
+    framed = any(
+        tile.robot in (screen.operated, screen.suggested) and place.body.top == highest
+        for tile, place in zip(screen.tiles, places, strict=True)
+    )
+    if bar and not framed and highest - top >= canvas.u(30):
+        return (top + min(highest, top + canvas.u(80))) // 2 + canvas.u(2)
+    return canvas.size[1] - legend.height(canvas) // 2
 
 
 def tile_places(canvas: Canvas, screen: FleetScreen) -> list[TilePlace]:
-    """Return the places of the screen's tiles, in their order."""
-    single = screen.view == "operated_only" or screen.robots == 1
-    top = chrome.header_height(canvas)
-    if single and screen.message:
-        top += canvas.u(MESSAGE_HEIGHT)
-    bottom = canvas.size[1] - legend.height(canvas)
-    area = pygame.Rect(0, top, canvas.size[0], bottom - top)
-    if single:
-        return place_tiles(area, screen.scene, 1, canvas.scale)[: len(screen.tiles)]
-    places = place_tiles(area, screen.scene, screen.robots, canvas.scale)
-    return [places[tile.robot] for tile in screen.tiles]
+    """Return the places of the screen's tiles, in their order; the enlarged one is not among."""
+    return list(layout(canvas, screen).tiles)
 
 
 def targets(canvas: Canvas, screen: FleetScreen) -> list[tuple[str, pygame.Rect]]:
@@ -46,67 +85,141 @@ def targets(canvas: Canvas, screen: FleetScreen) -> list[tuple[str, pygame.Rect]
     ]
 
 
-def draw(canvas: Canvas, screen: FleetScreen, motion: Motion, now_ns: int) -> None:
-    """Draw the screen as it is at a session time.
+def clear_place(canvas: Canvas, screen: FleetScreen) -> tuple[int, int]:
+    """Return where something may lie over a fleet without hiding the operated robot's state."""
+    large = layout(canvas, screen).large
+    if large is None:
+        return canvas.size[0] // 2, canvas.size[1] // 2
+    return large.body.centerx, large.body.top + large.body.height // 4
 
-    Args:
-        canvas: to draw on.
-        screen: what is shown.
-        motion: has observed the screen.
-        now_ns: session time.
-    """
-    canvas.surface.fill(palette.PAGE)
-    _draw_strips(canvas, screen)
-    accept = _accept_key(screen)
-    since = (now_ns - screen.switched_ns) / 1e9 if screen.switched_ns >= 0 else -1.0
-    for tile, place in zip(screen.tiles, tile_places(canvas, screen), strict=True):
+
+class FleetPainter:
+    """Draws fleet runs, picture by picture: what did not change is left standing."""
+
+    def __init__(self) -> None:
+        self._motion = Motion()
+        self._ground: object = None
+        self._shown: dict[tuple[int, bool], object] = {}
+        self._strips: object = None
+
+    def draw(
+        self, canvas: Canvas, screen: FleetScreen, now_ns: int, *, onto: bool
+    ) -> list[pygame.Rect] | None:
+        """Draw the screen as it is at a session time.
+
+        Args:
+            canvas: to draw on.
+            screen: what is shown.
+            now_ns: session time.
+            onto: whether the canvas still shows the picture drawn last.
+
+        Returns:
+            The places that changed, pixels; None if all of it did.
+        """
+        self._motion.observe(screen)
+        places = layout(canvas, screen)
+        since = (now_ns - screen.switched_ns) / 1e9 if screen.switched_ns >= 0 else -1.0
+        message = _message(canvas.messages, screen, since, enlarged=places.large is not None)
+        ground = (canvas.scale, places, message, screen.operated < 0, bool(screen.tiles))
+        whole = not onto or ground != self._ground
+        if whole:
+            canvas.surface.fill(palette.PAGE)
+            self._shown.clear()
+            self._strips = None
+        self._ground = ground
+        over_legend = bool(message) and places.message > canvas.size[1] - legend.height(canvas)
+        changed = self._draw_strips(canvas, screen, legend_shown=not over_legend)
+        if over_legend and changed:
+            _draw_message(canvas, message, places.message)
+        for shown in self._views(canvas, screen, places, now_ns, since):
+            name = (shown.tile.robot, shown.place.single)
+            key = (look_key(screen.scene, shown), body_key(screen.scene, shown))
+            if self._shown.get(name) != key:
+                self._shown[name] = key
+                draw_tile(canvas, screen.scene, shown)
+                changed.append(frames.frame_rect(canvas, shown.place))
+        # The operated robot's large tile replaces another's in the same place.
+        for name in [n for n in self._shown if n[1] and n[0] != screen.operated]:
+            if places.large is not None:
+                del self._shown[name]
+        if whole:
+            _draw_nobody(canvas, screen, places)
+            if message and not over_legend:
+                _draw_message(canvas, message, places.message)
+        return None if whole else changed
+
+    def _draw_strips(
+        self, canvas: Canvas, screen: FleetScreen, *, legend_shown: bool
+    ) -> list[pygame.Rect]:
+        """Draw header and legend, which change at most a few times a second."""
+        width, height = canvas.size
+        items = tuple(_legend_items(screen))
+        key = header.key(canvas, screen)
+        if self._strips == (key, items):
+            return []
+        self._strips = (key, items)
+        top = pygame.Rect(0, 0, width, chrome.header_height(canvas))
+        canvas.remember("header", key, top, lambda: header.draw(canvas, screen))
+        low = legend.height(canvas)
+        bottom = pygame.Rect(0, height - low, width, low)
+        if legend_shown:
+            canvas.remember("legend", items, bottom, lambda: legend.draw(canvas, list(items)))
+        else:
+            legend.draw(canvas, [])
+        return [top, bottom]
+
+    def _views(
+        self, canvas: Canvas, screen: FleetScreen, places: Layout, now_ns: int, since: float
+    ) -> list[TileView]:
+        """Return every tile to be drawn, the enlarged one last."""
+        drawn = list(zip(screen.tiles, places.tiles, strict=True))
+        if places.large is not None:
+            drawn += [(t, places.large) for t in screen.tiles if t.robot == screen.operated]
+        return [self._view(canvas, screen, tile, place, now_ns, since) for tile, place in drawn]
+
+    def _view(
+        self,
+        canvas: Canvas,
+        screen: FleetScreen,
+        tile: Tile,
+        place: TilePlace,
+        now_ns: int,
+        since: float,
+    ) -> TileView:
         driven = tile.robot == screen.operated
-        dwell_left = motion.dwell_left(screen, now_ns) if driven else -1.0
+        dwell_left = self._motion.dwell_left(screen, now_ns) if driven else -1.0
         look = PlateLook(
             driven=driven,
             suggested=tile.robot == screen.suggested and not driven,
-            accept_key=accept,
+            accept_key=screen.accept_key,
             has_dwell=dwell_left >= 0,
-            note=_note(screen) if place.single else "",
+            note=_note(canvas.messages, screen) if place.single else "",
             key=_own_key(screen, tile.robot),
+            announced=driven and screen.switch_seconds_left >= 0,
         )
-        shown = TileView(
+        return TileView(
             place=place,
             tile=tile,
             look=look,
-            pose=motion.pose(screen, tile, now_ns),
-            since_switch=since if driven and since <= LABEL_SECONDS else -1.0,
+            pose=self._motion.pose(screen, tile, now_ns),
+            landing=_landing(screen, since) if driven else -1.0,
             dwell_left=dwell_left,
         )
-        draw_tile(canvas, screen.scene, shown)
-    if not screen.tiles:
-        canvas.write(
-            NOBODY, canvas.size[0] / 2, canvas.size[1] / 2, canvas.u(26),
-            weight="semibold", colour=palette.SECONDARY, align="centre",
-        )  # fmt: skip
+
+
+def _landing(screen: FleetScreen, since: float) -> float:
+    """Return the share of the landing's time that has passed ``since`` s after it; -1 after it."""
+    return since / screen.landing_seconds if 0 <= since < screen.landing_seconds else -1.0
+
+
+def _message(messages: Messages, screen: FleetScreen, since: float, *, enlarged: bool) -> str:
+    """Return the line of guidance; after an automatic switch the name of the robot."""
     if screen.message:
-        _draw_message(canvas, screen)
-
-
-def _draw_strips(canvas: Canvas, screen: FleetScreen) -> None:
-    """Draw header and legend; they change at most a few times a second."""
-    width, height = canvas.size
-    total = max(screen.seconds_total, 1e-9)
-    key = (
-        screen.heading,
-        screen.trial,
-        screen.trials,
-        screen.keys,
-        clock_text(screen.seconds_left),
-        round(screen.seconds_left / total * canvas.u(CLOCK_BAR)),
-        screen.seconds_total > 0,
-    )
-    top = pygame.Rect(0, 0, width, chrome.header_height(canvas))
-    canvas.remember("header", key, top, lambda: draw_header(canvas, screen))
-    items = _legend_items(screen)
-    low = legend.height(canvas)
-    bottom = pygame.Rect(0, height - low, width, low)
-    canvas.remember("legend", items, bottom, lambda: legend.draw(canvas, items))
+        return screen.message
+    tiled = screen.view == "tiles" and screen.robots > 1 and not enlarged
+    if tiled and screen.allocation == "assisted" and _landing(screen, since) >= 0:
+        return messages.say(SWITCHED, number=screen.operated + 1)
+    return ""
 
 
 def _own_key(screen: FleetScreen, robot: int) -> str:
@@ -115,19 +228,12 @@ def _own_key(screen: FleetScreen, robot: int) -> str:
     return "" if key == str(robot + 1) else key
 
 
-def _accept_key(screen: FleetScreen) -> str:
-    for label, word in screen.keys:
-        if word == "accept":
-            return label
-    return "Space"
-
-
-def _note(screen: FleetScreen) -> str:
+def _note(messages: Messages, screen: FleetScreen) -> str:
     others = screen.robots - 1
     if screen.view == "operated_only" and others > 0:
-        if others == 1:
-            return "The other robot drives itself."
-        return f"The other {others} robots drive themselves."
+        return messages.count(
+            "The other robot drives itself.", "The other {n} robots drive themselves.", others
+        )
     return ""
 
 
@@ -149,111 +255,34 @@ def _legend_items(screen: FleetScreen) -> list[legend.Item]:
     return items
 
 
-def _draw_message(canvas: Canvas, screen: FleetScreen) -> None:
-    """Draw one line of guidance: under the header, or over the legend if that is taken."""
+def _draw_nobody(canvas: Canvas, screen: FleetScreen, places: Layout) -> None:
+    """Say that no robot is driven where one would be shown."""
+    size = canvas.u(26)
+    if places.large is not None and screen.operated < 0:
+        body = places.large.body
+        canvas.box(body, canvas.u(10), palette.CARD, palette.EDGE, canvas.u(1.4))
+        room = body.inflate(-canvas.u(60), -canvas.u(40))
+        size = canvas.u(22)
+        height = canvas.paragraph_height(canvas.say(NOBODY), room.width, size, "semibold")
+        room.top = max(room.top, body.centery - height // 2)
+        room.height = body.bottom - canvas.u(10) - room.top
+        canvas.paragraph(canvas.say(NOBODY), room, size, weight="semibold",
+                         colour=palette.SECONDARY, align="centre")  # fmt: skip
+    elif not screen.tiles:
+        canvas.write(
+            canvas.say(NOBODY), canvas.size[0] / 2, canvas.size[1] / 2, size, weight="semibold",
+            colour=palette.SECONDARY, align="centre", width=canvas.size[0] - canvas.u(48),
+        )  # fmt: skip
+
+
+def _draw_message(canvas: Canvas, message: str, y: int) -> None:
+    """Draw one line of guidance with its middle at y."""
     size, height = canvas.u(20), canvas.u(32)
-    width = canvas.text_width(screen.message, size, "semibold") + canvas.u(40)
+    width = canvas.text_width(message, size, "semibold") + canvas.u(40)
     box = pygame.Rect(0, 0, min(width, canvas.size[0] - canvas.u(32)), height)
-    box.centerx = canvas.size[0] // 2
-    places = tile_places(canvas, screen)
-    single = len(places) <= 1
-    bar = places[0].bar if places else 0
-    top = chrome.header_height(canvas)
-    highest = min((place.body.top for place in places), default=canvas.size[1])
-    framed = any(
-        tile.robot in (screen.operated, screen.suggested) and place.body.top == highest
-        for tile, place in zip(screen.tiles, places, strict=True)
-    )
-    if single or (bar and not framed):
-        under = highest - (bar if single and places else 0)
-        box.centery = (top + min(under, top + canvas.u(80))) // 2 + canvas.u(2)
-    else:
-        box.centery = canvas.size[1] - legend.height(canvas) // 2
+    box.center = (canvas.size[0] // 2, y)
     canvas.box(box, canvas.u(8), palette.INK)
     canvas.write(
-        screen.message, box.centerx, box.centery, size, weight="semibold",
+        message, box.centerx, box.centery, size, weight="semibold",
         colour=palette.CARD, align="centre", width=box.width - canvas.u(24),
     )  # fmt: skip
-
-
-def clock_text(seconds: float) -> str:
-    """Return a time left as minutes and seconds; a started second still counts."""
-    whole = max(0, math.ceil(seconds - 1e-6))
-    return f"{whole // 60}:{whole % 60:02d}"
-
-
-def draw_header(canvas: Canvas, screen: FleetScreen) -> None:
-    """Draw part, trial, time left and keys."""
-    y = chrome.draw_header_ground(canvas)
-    u, size = canvas.u, canvas.u(19)
-    x = canvas.write(screen.heading, u(24), y, size, weight="semibold").right
-    keys = _keys_width(canvas, screen, u(29), u(18), u(18))
-    room = canvas.size[0] - u(24) - keys - (u(CLOCK_ROOM) if screen.seconds_total > 0 else u(20))
-    if screen.trials > 0:
-        canvas.surface.fill(palette.LINE, (x + u(19), y - u(14), 1, u(28)))
-        words = f"{screen.unit} {screen.trial} of {screen.trials}"
-        x = canvas.write(words, x + u(38), y, size, weight="semibold").right
-        if screen.trials <= MOST_BOXES:
-            roomy = x + u(15) + screen.trials * u(17) <= room
-            x = _progress(canvas, screen, x + u(15), y, u(12) if roomy else u(8))
-    keys_left = _draw_keys(canvas, screen, y, x)
-    if screen.seconds_total > 0:
-        _draw_clock(canvas, screen, x, keys_left, y)
-
-
-def _progress(canvas: Canvas, screen: FleetScreen, x: int, y: int, width: int) -> int:
-    """Draw a box a trial: done, running, to come; return where they end."""
-    u = canvas.u
-    for trial in range(1, screen.trials + 1):
-        box = pygame.Rect(x, y - u(9), width, u(18))
-        if trial < screen.trial:
-            canvas.box(box, u(2), palette.AUTONOMOUS)
-        elif trial == screen.trial:
-            canvas.box(box, u(2), palette.CARD, palette.BLUE, u(3))
-        else:
-            canvas.box(box, u(2), palette.CARD, palette.EDGE, u(1.2))
-        x += width + u(5 if width > u(10) else 4)
-    return x
-
-
-def _keys_width(canvas: Canvas, screen: FleetScreen, height: int, size: int, gap: int) -> int:
-    widths = [chrome.keys_width(canvas, *pair, height, size) for pair in screen.keys]
-    return sum(widths) + gap * max(0, len(widths) - 1)
-
-
-def _draw_keys(canvas: Canvas, screen: FleetScreen, y: int, left: int) -> int:
-    """Draw the keys in use from the right; return their left edge."""
-    u = canvas.u
-    right = canvas.size[0] - u(24)
-    clock = u(CLOCK_ROOM) if screen.seconds_total > 0 else u(20)
-    height, size, gap = u(29), u(18), u(18)
-    while _keys_width(canvas, screen, height, size, gap) > right - left - clock and size > u(13):
-        height, size, gap = height - 1, size - 1, max(u(8), gap - 2)
-    x = start = right - _keys_width(canvas, screen, height, size, gap)
-    for label, word in screen.keys:
-        x += chrome.draw_keys(canvas, label, word, x, y, height, size) + gap
-    return start
-
-
-def _draw_clock(canvas: Canvas, screen: FleetScreen, left: int, right: int, y: int) -> None:
-    """Draw the time left, in the middle of the window if there is room."""
-    u = canvas.u
-    text = clock_text(screen.seconds_left)
-    room = right - left - u(40)
-    number = canvas.text_width(text, u(26), "bold", tabular=True)
-    word = canvas.text_width("left", u(18))
-    bar = min(u(CLOCK_BAR), room - number - word - u(22))
-    bar = bar if bar >= u(40) else 0
-    total = number + u(10) + word + (u(14) + bar if bar else 0)
-    middle = canvas.size[0] / 2
-    start = max(left + u(20), min(middle - total / 2, right - u(20) - total))
-    canvas.write(text, start, y, u(26), weight="bold", tabular=True)
-    x = start + number + u(10)
-    canvas.write("left", x, y + u(2), u(18), colour=palette.SECONDARY)
-    if bar:
-        box = pygame.Rect(round(x + word + u(14)), y - u(6), bar, u(12))
-        canvas.box(box, u(2), palette.CARD, palette.EDGE, max(1, u(1.2)))
-        inside = box.inflate(-2 * u(1.6), -2 * u(1.6))
-        share = min(1.0, max(0.0, screen.seconds_left / screen.seconds_total))
-        inside.width = round(inside.width * share)
-        canvas.surface.fill(palette.AUTONOMOUS, inside)

@@ -11,6 +11,9 @@ from study.events.scene import Scene
 
 SMALLEST_BAR_TILE = 190
 """Design pixels of width under which a tile's title bar moves into its plate."""
+LEGIBLE_TILE = 165
+"""Design pixels of width that tiles beside an enlarged one have if there is room."""
+ENLARGEMENT = 1.8
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -75,6 +78,35 @@ def place_tiles(area: pygame.Rect, scene: Scene, tiles: int, scale: float) -> li
         drawn = pygame.Rect(x, y + strip, width, height - strip)
         places.append(TilePlace(drawn, plate_on(scene, drawn, strip), bar, single))
     return places
+
+
+def place_enlarged(
+    area: pygame.Rect, scene: Scene, tiles: int, scale: float
+) -> tuple[TilePlace, list[TilePlace]]:
+    """Lay out all tiles, with room at their left for one of them enlarged.
+
+    The enlarged one is as wide as leaves the tiles legible, and about `ENLARGEMENT` times as wide
+    as they are at least.
+
+    Returns:
+        Where a tile is enlarged, and one place a tile.
+    """
+    best: tuple[float, int] | None = None
+    for percent in range(62, 22, -4):
+        split = round(area.width * percent / 100)
+        rest = pygame.Rect(area.left + split, area.top, area.width - split, area.height)
+        small = place_tiles(rest, scene, tiles, scale)[0].map.width
+        large = place_tiles(area.clip((area.left, area.top, split, area.height)), scene, 1, scale)
+        if large[0].map.width < ENLARGEMENT * small and best is not None:
+            break
+        best = (small, split)
+        if small >= LEGIBLE_TILE * scale:
+            break
+    split = best[1] if best is not None else area.width // 2
+    left = pygame.Rect(area.left, area.top, split, area.height)
+    right = pygame.Rect(area.left + split, area.top, area.width - split, area.height)
+    # Tiles that fill the height are shifted against the enlarged one, not out of the area.
+    return place_tiles(left, scene, 1, scale)[0], place_tiles(right, scene, tiles, scale)
 
 
 def _gap(*, single: bool, scale: float) -> int:

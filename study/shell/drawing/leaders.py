@@ -17,8 +17,8 @@ class Note:
     """One name.
 
     Attributes:
-        name: in bold.
-        text: under it.
+        name: in bold; a text of the catalogue.
+        text: under it, likewise.
         anchor: the point named, pixels.
         level: whether the anchor may move up or down to stand beside its name.
     """
@@ -69,9 +69,9 @@ def draw(canvas: Canvas, notes: list[Note], column: pygame.Rect, edge: int) -> N
         anchor = (note.anchor[0], name_y) if note.level else note.anchor
         bend = edge + u(10)
         lines.append([anchor, (bend, name_y), (column.left - u(8), name_y)])
-        canvas.write(note.name, column.left, name_y, u(19), weight="semibold",
+        canvas.write(canvas.say(note.name), column.left, name_y, u(19), weight="semibold",
                      width=column.width)  # fmt: skip
-        canvas.write(note.text, column.left, y + u(12), u(18), colour=palette.SECONDARY,
+        canvas.write(canvas.say(note.text), column.left, y + u(12), u(18), colour=palette.SECONDARY,
                      width=column.width)  # fmt: skip
     for line in lines:
         _draw_line(canvas, line, stroke + 2 * max(1.5, u(2)), palette.CARD)

@@ -7,6 +7,7 @@ from typing import Literal
 import pygame
 
 from study.events.scene import Role
+from study.messages import noted
 from study.screens import Cue
 from study.shell.drawing import chrome, cues, marks, palette
 from study.shell.drawing.canvas import Canvas
@@ -15,20 +16,21 @@ from study.shell.drawing.robots import DART, DROP_TIP, draw_robot
 Item = Literal["driven", "autonomous", "suggested", "stuck"] | Role
 
 WORDS: dict[Item, str] = {
-    "driven": "your robot",
-    "autonomous": "drives itself",
-    "suggested": "suggested",
-    "hazard": "hazard: costs health",
-    "health_pack": "health pack",
-    "start": "start",
-    "goal": "goal",
-    "stuck": "no progress",
+    "driven": noted("your robot"),
+    "autonomous": noted("drives itself"),
+    "suggested": noted("suggested"),
+    "hazard": noted("hazard: costs health"),
+    "health_pack": noted("health pack"),
+    "start": noted("start"),
+    "goal": noted("goal"),
+    "stuck": noted("no progress"),
 }
 WIDTHS: dict[Item, int] = {
     "driven": 36, "autonomous": 26, "suggested": 38, "hazard": 40, "health_pack": 22,
     "start": 26, "goal": 22, "stuck": 88,
 }  # fmt: skip
 """Design pixels."""
+SPACE = 9
 
 
 def height(canvas: Canvas) -> int:
@@ -41,20 +43,28 @@ def draw(canvas: Canvas, items: list[Item]) -> None:
     strip = pygame.Rect(0, canvas.size[1] - height(canvas), canvas.size[0], height(canvas))
     canvas.surface.fill(palette.CARD, strip)
     canvas.surface.fill(palette.LINE, (0, strip.top, strip.width, 1))
-    u = canvas.u
-    size, space = u(18), u(9)
-    room = canvas.size[0] - u(48)
-    while True:
-        widths = [u(WIDTHS[item]) + space + canvas.text_width(WORDS[item], size) for item in items]
-        if sum(widths) + u(16) * len(items) <= room or size <= u(14):
-            break
-        size -= 1
-    gap = min(u(48), (room - sum(widths)) // max(1, len(items) - 1))
-    x = (canvas.size[0] - sum(widths) - gap * (len(items) - 1)) // 2
-    for item, width in zip(items, widths, strict=True):
-        _draw_item(canvas, item, x, strip.centery)
-        canvas.write(WORDS[item], x + u(WIDTHS[item]) + space, strip.centery, size)
-        x += width + gap
+    scale = canvas.scale
+    while items:
+        with canvas.at(scale):
+            widths = [_width(canvas, item) for item in items]
+            room = canvas.size[0] - canvas.u(32)
+            least = sum(widths) + canvas.u(14) * (len(items) - 1)
+            # Below this size the whole screen is too large for its window.
+            if least <= room or scale < 0.6:
+                gap = min(canvas.u(48), (room - sum(widths)) // max(1, len(items) - 1))
+                x = (canvas.size[0] - sum(widths) - gap * (len(items) - 1)) // 2
+                for item, width in zip(items, widths, strict=True):
+                    _draw_item(canvas, item, x, strip.centery)
+                    left = x + canvas.u(WIDTHS[item]) + canvas.u(SPACE)
+                    canvas.write(canvas.say(WORDS[item]), left, strip.centery, canvas.u(18))
+                    x += width + gap
+                return
+        scale *= 0.96
+
+
+def _width(canvas: Canvas, item: Item) -> int:
+    words = canvas.text_width(canvas.say(WORDS[item]), canvas.u(18))
+    return canvas.u(WIDTHS[item]) + canvas.u(SPACE) + words
 
 
 def _draw_item(canvas: Canvas, item: Item, left: int, y: int) -> None:
@@ -78,7 +88,8 @@ def _draw_item(canvas: Canvas, item: Item, left: int, y: int) -> None:
     elif item == "goal":
         marks.flag(canvas, x, y, u(22))
     elif item == "stuck":
-        cues.draw_pill(canvas, Cue("stuck", 0.0, 0), left, y, u(15), width, "STUCK")
+        cues.draw_pill(canvas, Cue("stuck", 0.0, 0), left, y, u(15), width,
+                       canvas.say("STUCK"))  # fmt: skip
 
 
 def draw_dart(canvas: Canvas, x: float, y: float, size: float) -> None:

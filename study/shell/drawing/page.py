@@ -20,7 +20,9 @@ def _button(canvas: Canvas, screen: PageScreen) -> pygame.Rect:
 def _back(canvas: Canvas) -> pygame.Rect:
     footer = chrome.footer_rect(canvas)
     left = chrome.content_margin(canvas)
-    width = chrome.keys_width(canvas, "Backspace", "go back", canvas.u(36), canvas.u(19))
+    width = chrome.keys_width(
+        canvas, "Backspace", canvas.say("go back"), canvas.u(36), canvas.u(19)
+    )
     return pygame.Rect(left, footer.centery - canvas.u(26), width + canvas.u(8), canvas.u(52))
 
 
@@ -57,7 +59,9 @@ def _draw_footer(canvas: Canvas, screen: PageScreen) -> None:
     button, back = _button(canvas, screen), _back(canvas)
     left = back.right if screen.can_go_back else back.left
     if screen.can_go_back:
-        chrome.draw_keys(canvas, "Backspace", "go back", back.left, footer.centery, u(36), u(19))
+        chrome.draw_keys(
+            canvas, "Backspace", canvas.say("go back"), back.left, footer.centery, u(36), u(19)
+        )
     if screen.next_hint:
         room = button.left - left - u(48)
         width = min(room, canvas.text_width(screen.next_hint, u(19)))

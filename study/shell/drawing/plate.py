@@ -27,6 +27,7 @@ class PlateLook:
         has_dwell: a ring shows here how much of the dwell is left.
         note: a sentence in the plate of a large tile, or empty.
         key: name of the key that chooses the robot where it is not its number, or empty.
+        announced: another robot may be switched to in a moment.
     """
 
     driven: bool
@@ -35,6 +36,7 @@ class PlateLook:
     has_dwell: bool
     note: str
     key: str = ""
+    announced: bool = False
 
 
 def plate_colour(place: TilePlace, tile: Tile, look: PlateLook) -> Colour:
@@ -131,7 +133,9 @@ def _corner_plate(canvas: Canvas, place: TilePlace, tile: Tile, look: PlateLook)
     if tile.cue is None or roomy:
         _beside_number(canvas, place, wrote, look)
     if tile.cue is not None and not roomy:
-        cues.draw_sign(canvas, tile.cue, plate.right - pad * 0.7, wrote.centery, text)
+        right = plate.right - pad * 0.5
+        room = (right - wrote.right - 2) / cues.SIGN_EDGE
+        cues.draw_sign(canvas, tile.cue, right, wrote.centery, max(9, min(text, room)))
     elif tile.cue is not None:
         middle = (wrote.bottom + health.top) / 2
         if place.single:
@@ -146,16 +150,20 @@ def _beside_number(canvas: Canvas, place: TilePlace, number: pygame.Rect, look: 
     """Write what shares the line with the number: YOU without a bar, or the robot's key."""
     plate, measures = place.plate, _measure(canvas, place)
     pad = measures.pad
+    room = plate.right - pad * 1.3 - number.right
     if look.driven and not place.bar:
+        # Where even small letters do not fit, frame, floor and shape tell the driven robot.
+        if not canvas.fits(canvas.say("YOU"), measures.text, room, "bold"):
+            return
         canvas.write(
-            "YOU", plate.right - pad * 0.8, number.centery, measures.text, weight="bold",
-            colour=palette.CARD, align="right", width=plate.right - pad * 1.3 - number.right,
+            canvas.say("YOU"), plate.right - pad * 0.8, number.centery, measures.text,
+            weight="bold", colour=palette.CARD, align="right", width=room,
         )  # fmt: skip
     elif look.key and not look.driven:
-        cap = max(canvas.u(19), 0.075 * place.map.width)
+        cap = max(28, 0.075 * place.map.width)
         name = chrome.key_tokens(look.key)[0]
-        left = plate.right - pad - chrome.cap_width(canvas, name, cap)
-        if left > number.right + pad * 0.5:
+        left = plate.right - pad * 0.7 - chrome.cap_width(canvas, name, cap)
+        if left > number.right + 2:
             chrome.draw_cap(canvas, name, left, number.centery, cap)
 
 
@@ -165,8 +173,8 @@ def _large_plate(canvas: Canvas, place: TilePlace, look: PlateLook, under: int, 
     if look.has_dwell:
         x, y, radius = _large_ring(canvas, place)
         canvas.write(
-            "next switch", x, y + radius + canvas.u(24), canvas.u(19), colour=palette.SECONDARY,
-            align="centre", width=2 * (plate.right - canvas.u(8) - x),
+            canvas.say("next switch"), x, y + radius + canvas.u(24), canvas.u(19),
+            colour=palette.SECONDARY, align="centre", width=2 * (plate.right - canvas.u(8) - x),
         )  # fmt: skip
     if look.note:
         size = canvas.u(22)
@@ -196,8 +204,8 @@ def _strip_plate(canvas: Canvas, place: TilePlace, tile: Tile, look: PlateLook) 
     if tile.cue is not None:
         cues.draw_pill(canvas, tile.cue, left, plate.centery, text * 0.85, health.left - left - 4)
     elif look.driven and not place.bar and not look.has_dwell:
-        canvas.write("YOU", left, plate.centery, text, weight="bold", colour=palette.CARD,
-                     width=health.left - left - 4)  # fmt: skip
+        canvas.write(canvas.say("YOU"), left, plate.centery, text, weight="bold",
+                     colour=palette.CARD, width=health.left - left - 4)  # fmt: skip
 
 
 def draw_health(

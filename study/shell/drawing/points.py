@@ -27,9 +27,9 @@ def draw(canvas: Canvas, screen: PageScreen, place: pygame.Rect) -> None:
     """Draw the row of points rules."""
     u, tall = canvas.u, chrome.is_tall(canvas)
     y = place.top + u(31 if tall else 25)
-    title = canvas.write("Points", place.left + u(24), y, u(22), weight="semibold")
-    canvas.write("added up over all robots", title.right + u(16), y, u(19),
-                 colour=palette.SECONDARY)  # fmt: skip
+    title = canvas.write(canvas.say("Points"), place.left + u(24), y, u(22), weight="semibold")
+    canvas.write(canvas.say("added up over all robots"), title.right + u(16), y, u(19),
+                 colour=palette.SECONDARY, width=place.right - u(40) - title.right)  # fmt: skip
     top = place.top + u(56 if tall else 46)
     width = (place.width - u(48)) / max(1, len(screen.rewards))
     for number, term in enumerate(screen.rewards):
@@ -47,10 +47,12 @@ def _draw_term(canvas: Canvas, screen: PageScreen, term: RewardTerm, column: pyg
     value = canvas.write(value_text(term), column.left, y, u(40), weight="bold",
                          width=column.width - u(40))  # fmt: skip
     _draw_picture(canvas, term.name, max(value.right + u(34), column.right - u(34)), y)
-    text = term.text
+    text = canvas.say(term.text)
     if term.name == "timestep" and not text:
-        text = f"({screen.timesteps_per_second:g} a second)"
-    canvas.write(term.per, column.left, y + u(40), u(19), weight="semibold", width=column.width)
+        text = canvas.say("({number} a second)", number=f"{screen.timesteps_per_second:g}")
+    canvas.write(
+        canvas.say(term.per), column.left, y + u(40), u(19), weight="semibold", width=column.width
+    )
     canvas.write(text, column.left, y + u(65), u(19), colour=palette.SECONDARY,
                  width=column.width)  # fmt: skip
 

@@ -1,10 +1,20 @@
-"""Draws any screen, and says what a place on it is."""
+"""Draws any screen, and says what a place on it is.
+
+A screen whose texts would be clipped or lie on one another at the scale wished for, as with a
+large scale in a small window or a language of long words, is drawn at the largest scale that fits.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Hashable
+
 import pygame
 
+from study.messages import Messages
 from study.screens import (
+    BreakScreen,
+    ConsentScreen,
+    CountdownScreen,
     EndScreen,
     FleetScreen,
     PageScreen,
@@ -14,11 +24,30 @@ from study.screens import (
     SurveyScreen,
     WaitScreen,
 )
-from study.shell.drawing import fleet, page, reveal, simple, survey
+from study.shell.drawing import consenting, fleet, page, pausing, reveal, simple, survey, waiting
 from study.shell.drawing.canvas import Canvas
-from study.shell.drawing.motion import Motion
 
 Targets = list[tuple[str, pygame.Rect]]
+SMALLEST_FIT = 0.55
+"""Pixels to a design pixel below which a screen is not reduced further: text of 11 px."""
+REDUCTION = 0.9
+STILL = (
+    PageScreen, SurveyScreen, RevealScreen, BreakScreen, ConsentScreen, PauseScreen, EndScreen,
+)  # fmt: skip
+"""Screens that look the same until another is shown."""
+
+
+def layout_kind(screen: Screen) -> Hashable:
+    """Return what the scale of a screen depends on: it must not change while one looks at it."""
+    if isinstance(screen, FleetScreen):
+        return (
+            FleetScreen, screen.view, screen.robots, screen.allocation, screen.heading,
+            screen.trials, screen.keys, len(screen.tiles),
+        )  # fmt: skip
+    if isinstance(screen, CountdownScreen):
+        return layout_kind(screen.fleet)
+    title = getattr(screen, "title", "") or getattr(screen, "header_left", "")
+    return type(screen), title
 
 
 class Renderer:
@@ -27,32 +56,68 @@ class Renderer:
     Args:
         size: of the surfaces drawn on, pixels.
         ui_factor: the user's wish for larger (> 1) or smaller text.
+        messages: the texts of the participant's language; English if None.
     """
 
-    def __init__(self, size: tuple[int, int], ui_factor: float = 1.0) -> None:
-        self.canvas = Canvas(size, ui_factor)
-        self._motion = Motion()
+    def __init__(
+        self, size: tuple[int, int], ui_factor: float = 1.0, messages: Messages | None = None
+    ) -> None:
+        self.canvas = Canvas(size, ui_factor, messages)
+        self._wanted = self.canvas.scale
+        self._scales: dict[Hashable, float] = {}
+        self._last: Screen | None = None
+        self._painter = fleet.FleetPainter()
 
     @property
     def overflows(self) -> list[str]:
         """Texts that did not fit into the screen drawn last."""
         return self.canvas.overflows
 
-    def draw(self, surface: pygame.Surface, screen: Screen, now_ns: int) -> None:
+    def draw(
+        self, surface: pygame.Surface, screen: Screen, now_ns: int
+    ) -> list[pygame.Rect] | None:
         """Draw a screen.
 
         Args:
-            surface: of the renderer's size.
+            surface: of the renderer's size; what was drawn on it before is built upon.
             screen: what to show.
             now_ns: session time, for what moves.
+
+        Returns:
+            The places that changed since the last picture, pixels; None if all of it did.
         """
-        canvas = self.canvas
+        canvas, last = self.canvas, self._last
+        same_surface = canvas.surface is surface
+        if screen is last and same_surface and isinstance(screen, STILL):
+            return []
+        kind = layout_kind(screen)
+        known = kind in self._scales
+        canvas.rescale(self._scales.get(kind, self._wanted))
         canvas.surface = surface
-        canvas.overflows.clear()
+        self._last = screen
+        onto = same_surface and known and isinstance(last, FleetScreen)
+        changed = self._paint(screen, now_ns, onto=onto)
+        if known and isinstance(screen, FleetScreen | WaitScreen):
+            return changed
+        while canvas.crowded and canvas.scale > SMALLEST_FIT:
+            canvas.rescale(max(SMALLEST_FIT, canvas.scale * REDUCTION))
+            self._paint(screen, now_ns, onto=False)
+        self._scales[kind] = canvas.scale
+        return None
+
+    def _paint(self, screen: Screen, now_ns: int, *, onto: bool) -> list[pygame.Rect] | None:
+        canvas = self.canvas
+        canvas.begin()
         match screen:
             case FleetScreen():
-                self._motion.observe(screen)
-                fleet.draw(canvas, screen, self._motion, now_ns)
+                return self._painter.draw(canvas, screen, now_ns, onto=onto)
+            case CountdownScreen():
+                self._painter.draw(canvas, screen.fleet, now_ns, onto=False)
+                waiting.draw_countdown(canvas, screen, fleet.clear_place(canvas, screen.fleet))
+            case BreakScreen():
+                waiting.draw_break(canvas, screen)
+            case ConsentScreen():
+                consenting.draw(canvas, screen)
             case PageScreen():
                 page.draw(canvas, screen)
             case SurveyScreen():
@@ -62,16 +127,28 @@ class Renderer:
             case WaitScreen():
                 simple.draw_wait(canvas, screen, now_ns)
             case PauseScreen():
-                simple.draw_pause(canvas, screen)
+                pausing.draw(canvas, screen)
             case EndScreen():
                 simple.draw_end(canvas, screen)
+        return None
 
     def targets(self, screen: Screen) -> Targets:
         """Return all that can be clicked on a screen, the topmost last."""
         canvas = self.canvas
+        kind = layout_kind(screen)
+        if kind not in self._scales:
+            # The scale that fits is known once it is drawn.
+            self.draw(pygame.Surface(canvas.size), screen, 0)
+        canvas.rescale(self._scales[kind])
         match screen:
             case FleetScreen():
                 return fleet.targets(canvas, screen)
+            case CountdownScreen():
+                return fleet.targets(canvas, screen.fleet)
+            case BreakScreen():
+                return waiting.break_targets(canvas, screen)
+            case ConsentScreen():
+                return consenting.targets(canvas, screen)
             case PageScreen():
                 return page.targets(canvas, screen)
             case SurveyScreen():
@@ -79,7 +156,7 @@ class Renderer:
             case RevealScreen():
                 return reveal.targets(canvas, screen)
             case PauseScreen():
-                return simple.pause_targets(canvas, screen)
+                return pausing.targets(canvas, screen)
             case EndScreen():
                 return simple.end_targets(canvas, screen)
             case _:
@@ -90,7 +167,7 @@ class Renderer:
 
         Returns:
             "robot:3" (index from 0), "answer:q1:5", "focus:q1", "confirm", "back", "continue",
-            "stop", or "" for nothing.
+            "stop", "erase", "agree", "decline", or "" for nothing.
         """
         for target, place in reversed(self.targets(screen)):
             if place.collidepoint(x, y):

@@ -6,13 +6,14 @@ import math
 
 import pygame
 
+from study.messages import noted
 from study.screens import RevealScreen
 from study.shell.drawing import chrome, palette
 from study.shell.drawing.canvas import Canvas
 
 CONTENT_WIDTH = 1040
-ACTION = "to continue"
-CHANCE = "Starting places differ between trials, so some ups and downs are chance."
+ACTION = noted("to continue")
+CHANCE = noted("Starting places differ between trials, so some ups and downs are chance.")
 FEWEST_WHOLE = 10
 """Points under which trials are shown with a decimal."""
 
@@ -35,7 +36,7 @@ def axis_ticks(low: float, high: float, most: int = 4) -> list[float]:
 
 def _button(canvas: Canvas) -> pygame.Rect:
     right = canvas.size[0] - chrome.content_margin(canvas, CONTENT_WIDTH)
-    return chrome.button_rect(canvas, ACTION, right, chrome.footer_rect(canvas).centery)
+    return chrome.button_rect(canvas, canvas.say(ACTION), right, chrome.footer_rect(canvas).centery)
 
 
 def targets(canvas: Canvas, screen: RevealScreen) -> list[tuple[str, pygame.Rect]]:  # noqa: ARG001
@@ -56,29 +57,31 @@ def draw(canvas: Canvas, screen: RevealScreen) -> None:
     canvas.box(card, u(10), palette.CARD, palette.LINE, u(1.4))
     left = card.left + u(48)
     y = card.top + u(54 if tall else 40)
-    canvas.write(f"Your points in block {screen.block}", left, y, u(28), weight="bold")
+    title = canvas.say("Your points in block {number}", number=screen.block)
+    canvas.write(title, left, y, u(28), weight="bold", width=card.right - u(48) - left)
     size = u(126 if tall else 96)
     y += round(size * 0.3635) + u(44 if tall else 32)
     total = canvas.write(number_text(screen.total), left, y, size, weight="bold",
                          width=card.width * 0.6)  # fmt: skip
-    _draw_what(canvas, screen, total.right + u(38), y)
+    _draw_what(canvas, screen, total.right + u(38), y, card.right - u(24))
     y += round(size * 0.3635) + u(58 if tall else 44)
-    caption = canvas.write("Points in each trial", left, y, u(22), weight="semibold")
-    canvas.write("same scale in every block", caption.right + u(14), y, u(19),
-                 colour=palette.SECONDARY)  # fmt: skip
+    caption = canvas.write(canvas.say("Points in each trial"), left, y, u(22), weight="semibold")
+    canvas.write(canvas.say("same scale in every block"), caption.right + u(14), y, u(19),
+                 colour=palette.SECONDARY, width=card.right - u(38) - caption.right)  # fmt: skip
     plot = pygame.Rect(card.left + u(112), y + u(40), card.width - u(112) - u(150), 0)
     plot.height = card.bottom - u(76) - plot.top
     _draw_plot(canvas, screen, plot)
     _draw_footer(canvas, screen, margin, footer)
 
 
-def _draw_what(canvas: Canvas, screen: RevealScreen, x: int, y: int) -> None:
+def _draw_what(canvas: Canvas, screen: RevealScreen, x: int, y: int, right: int) -> None:
     u = canvas.u
-    robots = "one robot" if screen.robots == 1 else f"all {screen.robots} robots"
-    trials = len(screen.trial_rewards)
-    lines = (f"points, {robots},", "1 trial" if trials == 1 else f"{trials} trials together")
+    lines = (
+        canvas.count("points, one robot,", "points, all {n} robots,", screen.robots),
+        canvas.count("{n} trial", "{n} trials together", len(screen.trial_rewards)),
+    )
     for line, shift in zip(lines, (-18, 18), strict=True):
-        canvas.write(line, x, y + u(shift), u(24), colour=palette.SECONDARY)
+        canvas.write(line, x, y + u(shift), u(24), colour=palette.SECONDARY, width=right - x)
 
 
 def _draw_footer(canvas: Canvas, screen: RevealScreen, margin: int, footer: pygame.Rect) -> None:
@@ -87,11 +90,13 @@ def _draw_footer(canvas: Canvas, screen: RevealScreen, margin: int, footer: pyga
     width = button.left - margin - u(24)
     chance_y = footer.centery - (u(15) if screen.next_hint else 0)
     if len(screen.trial_rewards) > 1:
-        canvas.write(CHANCE, margin, chance_y, u(19), colour=palette.SECONDARY, width=width)
+        canvas.write(
+            canvas.say(CHANCE), margin, chance_y, u(19), colour=palette.SECONDARY, width=width
+        )
     if screen.next_hint:
         canvas.write(screen.next_hint, margin, footer.centery + u(15), u(19), weight="semibold",
                      width=width)  # fmt: skip
-    chrome.draw_button(canvas, button, ACTION)
+    chrome.draw_button(canvas, button, canvas.say(ACTION))
 
 
 def _draw_plot(canvas: Canvas, screen: RevealScreen, plot: pygame.Rect) -> None:
@@ -135,7 +140,7 @@ def _draw_plot(canvas: Canvas, screen: RevealScreen, plot: pygame.Rect) -> None:
         if pitch >= u(26) or number % 5 == 0:
             canvas.write(str(number + 1), bar.centerx, labels, u(19), weight="semibold",
                          align="centre")  # fmt: skip
-    canvas.write("Trial", plot.centerx, labels + u(30), u(19), colour=palette.SECONDARY,
+    canvas.write(canvas.say("Trial"), plot.centerx, labels + u(30), u(19), colour=palette.SECONDARY,
                  align="centre")  # fmt: skip
 
 
@@ -147,7 +152,8 @@ def _draw_average(canvas: Canvas, plot: pygame.Rect, y: int, text: str) -> None:
     canvas.surface.fill(palette.CARD, (plot.left, y - line, right - plot.left, 2 * line + 1))
     for x in range(plot.left, right, u(14)):
         canvas.surface.fill(palette.INK, (x, y - line // 2, min(u(9), right - x), line))
-    canvas.write("average", right + u(8), y - u(13), u(18), colour=palette.SECONDARY)
+    canvas.write(canvas.say("average"), right + u(8), y - u(13), u(18), colour=palette.SECONDARY,
+                 width=u(124))  # fmt: skip
     canvas.write(text, right + u(8), y + u(13), u(22), weight="bold")
 
 

@@ -44,6 +44,11 @@ DROP = _drop(DROP_TIP)
 DART: list[Point] = [(1.75, 0.0), (-1.10, 0.98), (-0.52, 0.0), (-1.10, -0.98)]
 
 
+def heading_step(heading: float) -> int:
+    """Return the number of the drawn heading nearest to one in radians."""
+    return round(heading / (2 * math.pi) * HEADING_STEPS) % HEADING_STEPS
+
+
 def draw_robot(
     canvas: Canvas,
     x: float,
@@ -67,7 +72,7 @@ def draw_robot(
     """
     if driven:
         radius *= DRIVEN_SCALE
-    step = round(heading / (2 * math.pi) * HEADING_STEPS) % HEADING_STEPS
+    step = heading_step(heading)
     angle = 2 * math.pi * step / HEADING_STEPS
     reach = radius * (HALO + 0.75 if driven else DROP_TIP) + 3
     rim = max(1.2, radius * 0.12)

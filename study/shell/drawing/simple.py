@@ -1,4 +1,4 @@
-"""Screens of few words: waiting, the pause, the end."""
+"""Screens of few words: waiting and the end."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 import pygame
 
-from study.screens import EndScreen, PauseScreen, WaitScreen
+from study.screens import EndScreen, WaitScreen
 from study.shell.drawing import chrome, marks, palette
 from study.shell.drawing.canvas import Canvas
 
@@ -64,62 +64,10 @@ def draw_wait(canvas: Canvas, screen: WaitScreen, now_ns: int) -> None:
         canvas.box(piece, canvas.u(6), palette.BLUE)
 
 
-def _pause_words(screen: PauseScreen) -> tuple[str, str]:
-    if screen.confirm_stop:
-        return (
-            "Stop the session?",
-            "It ends here. What was recorded so far is kept.",
-        )
-    return (
-        screen.reason or "Paused",
-        "Everything stands still. Go on when you are ready.",
-    )
-
-
-def _pause_card(canvas: Canvas, screen: PauseScreen) -> pygame.Rect:
-    heights = _words(canvas, *_pause_words(screen))
-    height = sum(heights) + canvas.u(12 + 44 + 60) + 2 * canvas.u(48)
-    place = pygame.Rect(0, 0, canvas.u(CARD_WIDTH), height)
-    place.center = (canvas.size[0] // 2, canvas.size[1] // 2)
-    return place
-
-
-def pause_targets(canvas: Canvas, screen: PauseScreen) -> list[tuple[str, pygame.Rect]]:
-    """Return what can be clicked in a pause: going on and stopping."""
-    inside = _pause_card(canvas, screen).inflate(-2 * canvas.u(56), -2 * canvas.u(48))
-    middle = inside.bottom - canvas.u(30)
-    button = chrome.button_rect(canvas, _action(screen), inside.right, middle)
-    stop = pygame.Rect(
-        inside.left - canvas.u(8), button.top,
-        chrome.keys_width(canvas, *_stop(screen), canvas.u(36), canvas.u(19)) + canvas.u(16),
-        button.height,
-    )  # fmt: skip
-    return [("stop", stop), ("continue", button)]
-
-
-def _action(screen: PauseScreen) -> str:
-    return "to go on instead" if screen.confirm_stop else "to go on"
-
-
-def _stop(screen: PauseScreen) -> tuple[str, str]:
-    return ("Y", "yes, stop") if screen.confirm_stop else ("Q", "stop the session")
-
-
-def draw_pause(canvas: Canvas, screen: PauseScreen) -> None:
-    """Draw the pause: how to go on, and how to stop."""
-    inside = _card(canvas, _pause_card(canvas, screen).height)
-    _write_words(canvas, inside, *_pause_words(screen))
-    (_, stop), (_, button) = pause_targets(canvas, screen)
-    chrome.draw_keys(
-        canvas, *_stop(screen), stop.left + canvas.u(8), stop.centery, canvas.u(36), canvas.u(19)
-    )
-    chrome.draw_button(canvas, button, _action(screen))
-
-
 def _end_button(canvas: Canvas) -> pygame.Rect:
     footer = chrome.footer_rect(canvas)
     right = canvas.size[0] - chrome.content_margin(canvas)
-    return chrome.button_rect(canvas, "to close", right, footer.centery)
+    return chrome.button_rect(canvas, canvas.say("to close"), right, footer.centery)
 
 
 def end_targets(canvas: Canvas, screen: EndScreen) -> list[tuple[str, pygame.Rect]]:  # noqa: ARG001
@@ -138,4 +86,4 @@ def draw_end(canvas: Canvas, screen: EndScreen) -> None:
     under = inside.move(0, mark + canvas.u(28))
     _write_words(canvas, under, screen.title, screen.text)
     chrome.draw_footer_ground(canvas)
-    chrome.draw_button(canvas, _end_button(canvas), "to close")
+    chrome.draw_button(canvas, _end_button(canvas), canvas.say("to close"))

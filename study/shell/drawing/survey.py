@@ -7,13 +7,16 @@ from itertools import pairwise
 
 import pygame
 
+from study.messages import noted
 from study.screens import SurveyItem, SurveyScreen
-from study.shell.drawing import chrome, marks, palette
+from study.shell.drawing import answers, chrome, marks, palette
 from study.shell.drawing.canvas import Canvas
 
 CONTENT_WIDTH = 1040
 CARD_HEIGHT = 280
-ACTION = "to confirm"
+SMALLEST_CARD = 160
+"""Design pixels of height under which the lines of a question touch one another."""
+ACTION = noted("to confirm")
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -60,14 +63,14 @@ def card_places(canvas: Canvas, screen: SurveyScreen) -> list[CardPlace]:
 def _card_place(canvas: Canvas, item: SurveyItem, card: pygame.Rect) -> CardPlace:
     u = canvas.u
     share = card.height / u(CARD_HEIGHT)
-    answers = item.high - item.low + 1
+    count = len(answers.values(item))
     row = pygame.Rect(card.left + u(30), 0, card.width - 2 * u(30), round(u(82) * share))
     row.top = card.top + round(u(94) * share)
-    pitch = row.width / answers
-    width = min(u(98), round(pitch * 0.74))
+    pitch = row.width / count
+    width = answers.box_width(item, pitch, u(98))
     boxes = tuple(
         pygame.Rect(round(row.left + (place + 0.5) * pitch - width / 2), row.top, width, row.height)
-        for place in range(answers)
+        for place in range(count)
     )
     return CardPlace(
         card=card,
@@ -83,7 +86,7 @@ def _card_place(canvas: Canvas, item: SurveyItem, card: pygame.Rect) -> CardPlac
 
 def _button(canvas: Canvas) -> pygame.Rect:
     right = canvas.size[0] - chrome.content_margin(canvas, CONTENT_WIDTH)
-    return chrome.button_rect(canvas, ACTION, right, chrome.footer_rect(canvas).centery)
+    return chrome.button_rect(canvas, canvas.say(ACTION), right, chrome.footer_rect(canvas).centery)
 
 
 def targets(canvas: Canvas, screen: SurveyScreen) -> list[tuple[str, pygame.Rect]]:
@@ -91,8 +94,11 @@ def targets(canvas: Canvas, screen: SurveyScreen) -> list[tuple[str, pygame.Rect
     found: list[tuple[str, pygame.Rect]] = []
     for item, place in zip(screen.items, card_places(canvas, screen), strict=True):
         found.append((f"focus:{item.item}", place.card))
+        if answers.is_typed(item):
+            continue
         found += [
-            (f"answer:{item.item}:{item.low + step}", box) for step, box in enumerate(place.boxes)
+            (f"answer:{item.item}:{value}", box)
+            for value, box in zip(answers.values(item), place.boxes, strict=True)
         ]
     return [*found, ("confirm", _button(canvas))]
 
@@ -110,9 +116,12 @@ def draw(canvas: Canvas, screen: SurveyScreen) -> None:
                  width=width)  # fmt: skip
     canvas.write(screen.prompt, margin, top + u(101 if tall else 82), u(22),
                  colour=palette.SECONDARY, width=width)  # fmt: skip
-    for number, place in enumerate(card_places(canvas, screen)):
+    places = card_places(canvas, screen)
+    if places and places[0].card.height < u(SMALLEST_CARD):
+        canvas.no_room("the questions")
+    for number, place in enumerate(places):
         focused = number == screen.focus
-        _draw_card(canvas, screen.items[number], place, number + 1, focused=focused)
+        _draw_card(canvas, screen.items[number], place, screen.first + number, focused=focused)
         reminder = screen.reminder if focused else ""
         _draw_status(canvas, screen.items[number], place, reminder, focused=focused)
     _draw_footer(canvas, screen, margin)
@@ -130,13 +139,17 @@ def _draw_card(
                  colour=colour)  # fmt: skip
     indent = u(32) if number < 10 else u(48)
     _draw_question(canvas, item.text, question, indent)
+    if not answers.is_plain(item):
+        answers.draw(canvas, item, place.boxes, focused=focused)
+        _draw_labels(canvas, item, place)
+        return
     middle = place.boxes[0].centery
     canvas.surface.fill(
         palette.EDGE, (place.boxes[0].centerx, middle - 1, place.boxes[-1].centerx
                        - place.boxes[0].centerx, max(1, u(1.5)))
     )  # fmt: skip
     for step, box in enumerate(place.boxes):
-        value = item.low + step
+        value = answers.values(item)[step]
         _draw_answer(canvas, box, value, chosen=item.value == value, focused=focused)
     _draw_labels(canvas, item, place)
 
@@ -183,11 +196,11 @@ def _draw_labels(canvas: Canvas, item: SurveyItem, place: CardPlace) -> None:
     pitch = length / max(1, len(place.boxes) - 1)
     labelled = sorted(value for value, _ in item.labels)
     steps = [b - a for a, b in pairwise(labelled)]
-    room = min([u(300), *(step * pitch - u(14) for step in steps)])
+    room = min([u(300), *(step / item.step * pitch - u(14) for step in steps)])
     for value, words in item.labels:
         if not item.low <= value <= item.high:
             continue
-        x = place.boxes[value - item.low].centerx
+        x = place.boxes[(value - item.low) // item.step].centerx
         width = min(room, 2 * (x - place.card.left - u(8)), 2 * (place.card.right - u(8) - x))
         size = u(19)
         if canvas.text_width(words, size) <= width:
@@ -207,25 +220,34 @@ def _draw_status(
         canvas.write(reminder, x, y, u(19), weight="semibold", colour=palette.VERMILLION_TEXT,
                      align="centre", width=place.card.width - u(40))  # fmt: skip
         return
-    if item.value is not None:
-        text = f"You chose {item.value}. You can still change it."
+    if special := answers.status(canvas, item, focused=focused):
+        text = special
+    elif item.value is not None:
+        text = canvas.say("You chose {number}. You can still change it.", number=item.value)
     elif focused:
-        text = f"Press a number from {item.low} to {item.high}."
+        text = canvas.say("Press a number from {low} to {high}.", low=item.low, high=item.high)
     else:
-        text = "Not answered yet"
-    canvas.write(text, x, y, u(19), colour=palette.SECONDARY, align="centre")
+        text = canvas.say("Not answered yet")
+    canvas.write(text, x, y, u(19), colour=palette.SECONDARY, align="centre",
+                 width=place.card.width - u(40))  # fmt: skip
 
 
 def _draw_footer(canvas: Canvas, screen: SurveyScreen, margin: int) -> None:
     u = canvas.u
     footer = chrome.draw_footer_ground(canvas)
-    low, high = (screen.items[0].low, screen.items[0].high) if screen.items else (1, 7)
-    hints = [(f"{low}–{high}", "answer"), ("← →", "move")]
+    first = screen.items[0]
+    hints = [
+        (f"{first.low}–{min(first.high, 9)}", canvas.say("answer")),
+        ("← →", canvas.say("move")),
+    ]
+    if answers.is_typed(first):
+        hints = []
     if len(screen.items) > 1:
-        hints.append(("Tab", "next question"))
-    x = margin
-    for label, word in hints:
-        x += chrome.draw_keys(canvas, label, word, x, footer.centery, u(36), u(19)) + u(26)
-    canvas.write("or use the mouse", x, footer.centery, u(19), colour=palette.SECONDARY)
+        hints.append(("Tab", canvas.say("next question")))
+    tail = canvas.say("or use the mouse") if hints else ""
+    right = _button(canvas).left - u(24)
+    chrome.draw_hints(canvas, hints, tail, margin, right, footer.centery)
     focus = screen.focus >= len(screen.items)
-    chrome.draw_button(canvas, _button(canvas), ACTION, ready=screen.complete, focus=focus)
+    chrome.draw_button(
+        canvas, _button(canvas), canvas.say(ACTION), ready=screen.complete, focus=focus
+    )

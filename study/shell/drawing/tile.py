@@ -14,13 +14,16 @@ from study.shell.drawing.grid import TilePlace
 from study.shell.drawing.motion import Pose, along_trail
 from study.shell.drawing.palette import Colour
 from study.shell.drawing.plate import PlateLook
-from study.shell.drawing.robots import DRIVEN_SCALE, HALO, draw_robot
+from study.shell.drawing.robots import DRIVEN_SCALE, HALO, draw_robot, heading_step
 
 TRAIL_DISTANCES = (2.5, 3.6, 4.7)
 """Distances of the trail's dots behind a robot, in radii of its body."""
 TRAIL_SIZES = (0.26, 0.2, 0.13)
-LANDING_SECONDS = 0.4
-LABEL_SECONDS = 1.2
+CLOSING = 1 / 3
+"""Share of the landing in which its rings close."""
+FARTHEST = 6.6
+"""Radii that marks and rings reach at most from a robot's middle."""
+RING_STEPS = 120
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -32,7 +35,7 @@ class TileView:
         tile: the robot's state.
         look: what stands still in it.
         pose: where its robot is drawn.
-        since_switch: seconds since control came to this robot; -1 if long ago.
+        landing: share that has passed of marking that control came here, 0 to 1; -1 for none.
         dwell_left: share of the dwell left to be shown here; -1 for none.
         ground: colour around the tile.
     """
@@ -41,31 +44,72 @@ class TileView:
     tile: Tile
     look: PlateLook
     pose: Pose
-    since_switch: float = -1.0
+    landing: float = -1.0
     dwell_left: float = -1.0
     ground: Colour = palette.PAGE
+
+
+def look_key(scene: Scene, shown: TileView) -> object:
+    """Return all that the look of a tile without its robot depends on."""
+    tile = shown.tile
+    cue = None if tile.cue is None else (tile.cue.kind, round(tile.cue.amount, 1))
+    if tile.cue is not None and tile.cue.kind == "stuck":
+        cue = (tile.cue.kind, round(tile.cue.amount))
+    return scene, shown.place, round(tile.health), cue, shown.look
+
+
+def body_key(scene: Scene, shown: TileView) -> object:
+    """Return all that the look of a tile's robot depends on: places in pixels, steps of turns."""
+    view = maps.MapView(scene, shown.place.map)
+    ring = round(shown.dwell_left * RING_STEPS) if shown.dwell_left >= 0 else -1
+    return (
+        _pixel(*view.point(shown.pose.x, shown.pose.y)), _trail(view, shown),
+        heading_step(shown.pose.heading), ring, shown.landing,
+    )  # fmt: skip
+
+
+def _pixel(x: float, y: float) -> tuple[int, int]:
+    """Return the whole pixel at which something moving is drawn."""
+    return round(x), round(y)
+
+
+def _trail(view: maps.MapView, shown: TileView) -> tuple[tuple[int, int], ...]:
+    """Return where the dots behind a robot that drives itself are drawn, pixels."""
+    if shown.look.driven:
+        return ()
+    places = tuple(view.point(*place) for place in shown.pose.trail)
+    distances = tuple(view.robot_radius * distance for distance in TRAIL_DISTANCES)
+    return tuple(_pixel(*dot) for dot in along_trail(places, distances))
 
 
 def draw_tile(canvas: Canvas, scene: Scene, shown: TileView) -> None:
     """Draw a tile. All but its robot is painted anew only when it changes."""
     place, tile, look = shown.place, shown.tile, shown.look
-    cue = None if tile.cue is None else (tile.cue.kind, tile.cue.amount)
     canvas.remember(
-        ("tile", tile.robot),
-        (scene, place, round(tile.health), cue, look),
+        ("tile", tile.robot, place.single),
+        look_key(scene, shown),
         frames.frame_rect(canvas, place),
         lambda: _draw_still(canvas, scene, shown),
     )
+    view = maps.MapView(scene, place.map)
     # The plate belongs to the screen, not to the map: what reaches over it is cut off.
-    still = canvas.surface.subsurface(place.plate.clip(canvas.surface.get_rect())).copy()
+    x, y = view.point(shown.pose.x, shown.pose.y)
+    reach = 2 * round(view.robot_radius * FARTHEST)
+    body = pygame.Rect(0, 0, reach, reach)
+    body.center = (round(x), round(y))
+    covered = place.plate.clip(canvas.surface.get_rect())
+    still = canvas.surface.subsurface(covered).copy() if body.colliderect(covered) else None
     canvas.surface.set_clip(place.map)
-    _draw_body(canvas, maps.MapView(scene, place.map), shown)
+    with canvas.moving():
+        _draw_body(canvas, view, shown)
     canvas.surface.set_clip(None)
-    canvas.surface.blit(still, place.plate)
+    if still is not None:
+        canvas.surface.blit(still, covered)
     if shown.dwell_left >= 0:
         plate.draw_dwell(canvas, place, tile.robot, shown.dwell_left)
-    if look.driven and place.single and 0 <= shown.since_switch < LABEL_SECONDS:
-        _landing_label(canvas, maps.MapView(scene, place.map), shown)
+    if look.driven and place.single and shown.landing >= 0:
+        with canvas.moving():
+            _landing_label(canvas, view, shown)
 
 
 def _draw_still(canvas: Canvas, scene: Scene, shown: TileView) -> None:
@@ -73,7 +117,7 @@ def _draw_still(canvas: Canvas, scene: Scene, shown: TileView) -> None:
     place, tile, look = shown.place, shown.tile, shown.look
     canvas.surface.fill(shown.ground, frames.frame_rect(canvas, place))
     if look.driven:
-        frames.driven_frame(canvas, place, tile.robot)
+        frames.driven_frame(canvas, place, tile.robot, announced=look.announced)
     elif look.suggested:
         frames.suggested_frame(canvas, place, tile.robot, look.accept_key)
     tint = plate.plate_colour(place, tile, look)
@@ -89,24 +133,20 @@ def _draw_body(canvas: Canvas, view: maps.MapView, shown: TileView) -> None:
     """Draw the robot with its trail and the marks of its cue."""
     tile, look, pose = shown.tile, shown.look, shown.pose
     radius = view.robot_radius
-    x, y = view.point(pose.x, pose.y)
+    x, y = _pixel(*view.point(pose.x, pose.y))
     if tile.cue is not None:
         if tile.cue.kind == "goal":
             _reached_goal(canvas, view)
         cues.draw_mark(canvas, tile.cue, x, y, radius, driven=look.driven)
-    if not look.driven:
-        places = tuple(view.point(*place) for place in pose.trail)
-        distances = tuple(radius * distance for distance in TRAIL_DISTANCES)
-        for dot, size in zip(along_trail(places, distances), TRAIL_SIZES, strict=False):
-            marks.disc(canvas, *dot, max(1.0, radius * size), palette.TRAIL)
+    for dot, size in zip(_trail(view, shown), TRAIL_SIZES, strict=False):
+        marks.disc(canvas, *dot, max(1.0, radius * size), palette.TRAIL)
     if look.suggested:
         marks.dashed_ring(
             canvas, x, y, radius * 2.2, max(1.5, radius * 0.16), palette.INK, fill=palette.CARD
         )
     draw_robot(canvas, x, y, radius, pose.heading, driven=look.driven, label=str(tile.robot + 1))
-    if look.driven and 0 <= shown.since_switch < LANDING_SECONDS:
-        share = shown.since_switch / LANDING_SECONDS
-        _landing_rings(canvas, x, y, radius * DRIVEN_SCALE, share)
+    if look.driven and 0 <= shown.landing < CLOSING:
+        _landing_rings(canvas, x, y, radius * DRIVEN_SCALE, shown.landing / CLOSING)
 
 
 def _reached_goal(canvas: Canvas, view: maps.MapView) -> None:
@@ -128,7 +168,8 @@ def _landing_rings(canvas: Canvas, x: float, y: float, radius: float, share: flo
 def _landing_label(canvas: Canvas, view: maps.MapView, shown: TileView) -> None:
     """Name the robot beside it, on the side with more room, clear of the plate."""
     place = shown.place
-    text, size = f"Switched to robot {shown.tile.robot + 1}", canvas.u(24)
+    text = canvas.say("Switched to robot {number}", number=shown.tile.robot + 1)
+    size = canvas.u(24)
     width, height = canvas.text_width(text, size, "semibold") + canvas.u(40), canvas.u(52)
     x, y = view.point(shown.pose.x, shown.pose.y)
     reach = view.robot_radius * 4.4

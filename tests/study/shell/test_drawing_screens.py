@@ -10,7 +10,8 @@ import pytest
 
 import sample_screens as samples
 from study.screens import FleetScreen, SurveyScreen
-from study.shell.drawing.fleet import clock_text, tile_places
+from study.shell.drawing.fleet import tile_places
+from study.shell.drawing.header import clock_text
 from study.shell.drawing.lettering import clear_fonts, text_width, wrap
 from study.shell.drawing.renderer import Renderer
 from study.shell.drawing.reveal import axis_ticks, number_text

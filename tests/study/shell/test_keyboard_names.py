@@ -5,7 +5,7 @@ from __future__ import annotations
 import pygame
 import pytest
 
-from study.protocol import KeyPart
+from study.seat_settings import KeyPart
 from study.shell.keyboard import key_name
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import sys
 import time
 import types
@@ -13,8 +14,17 @@ import pytest
 import sample_screens as samples
 from patience import PATIENCE_S
 from study.errors import StudyError
+from study.screens import Screen
+from study.shell.drawing.renderer import Renderer
 from study.shell.pygame_check import require_pygame_ce
-from study.shell.raw_inputs import RawClose, RawFocus, RawKey, RawPointer
+from study.shell.raw_inputs import (
+    RawClose,
+    RawFocus,
+    RawKey,
+    RawPointer,
+    RawText,
+    RawWindow,
+)
 from study.shell.window import Window
 
 
@@ -73,8 +83,6 @@ def test_unbound_keys_and_motion_are_no_inputs(window: Window) -> None:
 def test_click_names_what_it_hits(window: Window) -> None:
     """A click on a tile of the screen shown carries the tile's robot."""
     window.show(samples.fleet(4, operated=1))
-    from study.shell.drawing.renderer import Renderer
-
     targets = dict(Renderer(window.size).targets(samples.fleet(4, operated=1)))
     place = targets["robot:2"].center
     event = pygame.event.Event(pygame.MOUSEBUTTONDOWN, pos=place, button=pygame.BUTTON_LEFT)
@@ -180,3 +188,58 @@ def test_missing_pygame_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_pygame_ce_is_accepted() -> None:
     """The pygame of this environment is pygame-ce."""
     require_pygame_ce()
+
+
+def post_text(text: str) -> None:
+    pygame.event.post(pygame.event.Event(pygame.TEXTINPUT, text=text))
+
+
+def test_characters_arrive_only_while_a_question_takes_words(window: Window) -> None:
+    """The same keys are no text before a scale or a number."""
+    form = samples.about_you()
+    window.show(form)
+    post_text("7")
+    assert [raw for raw in window.poll() if isinstance(raw, RawText)] == []
+    window.show(dataclasses.replace(form, focus=2))
+    post_text("é")
+    assert [raw.text for raw in window.poll() if isinstance(raw, RawText)] == ["é"]
+
+
+def test_minimising_and_restoring_arrive(window: Window) -> None:
+    """Each with the window's size; an event of the size that it has already is no change."""
+    for kind in (pygame.WINDOWSIZECHANGED, pygame.WINDOWMINIMIZED, pygame.WINDOWRESTORED):
+        pygame.event.post(pygame.event.Event(kind, x=1280, y=720))
+    changes = [raw for raw in window.poll() if isinstance(raw, RawWindow)]
+    assert [(raw.change, raw.width, raw.height) for raw in changes] == [
+        ("minimised", 1280, 720), ("restored", 1280, 720)
+    ]  # fmt: skip
+
+
+def test_what_is_clicked_on_the_new_screens(window: Window) -> None:
+    """Answers of consent and of a choice, the break's button once it does something."""
+    surface_screens: dict[str, Screen] = {
+        "agree": samples.consent(),
+        "decline": samples.consent(),
+        "answer:games:3": samples.about_you(),
+        "focus:age": samples.about_you(),
+        "answer:mental:55": samples.load_index(),
+        "erase": samples.samples()["pause_erase"],
+        "confirm": samples.samples()["break_may"],
+    }
+    for target, screen in surface_screens.items():
+        window.show(screen)
+        window.draw(0)
+        place = dict(Renderer(window.size).targets(screen))[target]
+        post_click(place.left + 2 if target == "focus:age" else place.centerx, place.centery)
+        (raw,) = [raw for raw in window.poll() if isinstance(raw, RawPointer)]
+        assert raw.target == target
+    waiting = samples.samples()["break_must"]
+    assert Renderer(window.size).targets(waiting) == []
+    assert "confirm" not in dict(Renderer(window.size).targets(samples.consent()))
+    assert "confirm" in dict(Renderer(window.size).targets(samples.consent("agreed")))
+
+
+def post_click(x: int, y: int) -> None:
+    pygame.event.post(
+        pygame.event.Event(pygame.MOUSEBUTTONDOWN, pos=(x, y), button=pygame.BUTTON_LEFT)
+    )

@@ -1,0 +1,87 @@
+"""Scorers of other participants, read from their recordings before a session starts."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+
+from study.errors import StudyError
+from study.events.events import FitApplied
+from study.events.inputs import FitCompleted
+from study.loading import LoadedProtocol
+from study.recording.parts import read_session
+
+ALGORITHM = "recorded"
+
+
+def recorded_weights(
+    loaded: LoadedProtocol, overrides: Mapping[str, str] | None = None
+) -> dict[str, bytes]:
+    """Return the weights of each scorer that comes from a recording, by artefact id.
+
+    Args:
+        loaded: the protocol.
+        overrides: scorer's name to the path of a recording; before what the protocol says.
+
+    Raises:
+        StudyError: a recording is not named, cannot be read, or holds no such scorer.
+    """
+    wanted = dict(overrides or {})
+    found = {}
+    for name, part in loaded.protocol.scorers.items():
+        if part.name != ALGORITHM:
+            continue
+        given = wanted.pop(name, "") or str(part.parameters.get("recording", ""))
+        if not given:
+            raise StudyError(
+                f"scorers.{name} comes from a recording, and none is named",
+                f"Say --scorer {name}=PATH, or set scorers.{name}.parameters.recording.",
+            )
+        path = Path(given)
+        if not path.is_absolute() and not path.is_file():
+            path = loaded.path.parent / path
+        found[f"scorer:{name}"] = _weights(path, str(part.parameters.get("scorer", "luce")))
+    if wanted:
+        raise StudyError(
+            f'--scorer names "{", ".join(wanted)}", which is no scorer from a recording',
+            'Such scorers have name = "recorded" in the protocol.',
+        )
+    return found
+
+
+def parse_overrides(given: list[str]) -> dict[str, str]:
+    """Return name and path of each "NAME=PATH".
+
+    Raises:
+        StudyError: one is not of that form.
+    """
+    pairs = {}
+    for text in given:
+        name, equals, path = text.partition("=")
+        if not (name and equals and path):
+            raise StudyError(f'--scorer "{text}"', "Give the scorer's name and a path: NAME=PATH.")
+        pairs[name] = path
+    return pairs
+
+
+def _weights(path: Path, scorer: str) -> bytes:
+    if not path.is_file():
+        raise StudyError(f"no recording {path}", "Check the path of the other participant's.")
+    recording = read_session(path)
+    artefact = f"scorer:{scorer}"
+    weights = b""
+    for _, completed in recording.records(FitCompleted.topic):
+        if isinstance(completed, FitCompleted) and completed.artefact_id == artefact:
+            weights = completed.weights
+    applied = {
+        event.weights_sha256
+        for _, event in recording.records(FitApplied.topic)
+        if isinstance(event, FitApplied) and event.artefact_id == artefact
+    }
+    if not weights or hashlib.sha256(weights).hexdigest() not in applied:
+        raise StudyError(
+            f'{path.name} holds no scorer "{scorer}" that took effect',
+            "Check scorers.NAME.parameters.scorer against that session's protocol.",
+        )
+    return weights

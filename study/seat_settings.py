@@ -1,0 +1,136 @@
+"""What the tables of a protocol have in common, and those about the participant's seat."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from study.validation import NAME_PATTERN
+
+Name = Annotated[str, Field(pattern=NAME_PATTERN)]
+Failure = Literal["go_on", "end"]
+Paragraph = Annotated[str, Field(min_length=1, max_length=1200)]
+
+
+class Part(BaseModel):
+    """A table of the protocol file: unknown keys are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class ConsentPart(Part):
+    """What is agreed to before anything is recorded."""
+
+    title: str = Field(default="Before we start", min_length=1, max_length=80, description="title")
+    paragraphs: tuple[Paragraph, ...] = Field(
+        min_length=1, max_length=8, description="the text agreed to"
+    )
+
+    def text(self) -> str:
+        """Return the text as it is hashed: title and paragraphs, an empty line between."""
+        return "\n\n".join([self.title, *self.paragraphs])
+
+
+class ComprehensionQuestion(Part):
+    """One question about the instructions."""
+
+    id: Name = Field(description="id in the data")
+    text: str = Field(min_length=1, max_length=200, description="the question")
+    options: tuple[Annotated[str, Field(min_length=1, max_length=80)], ...] = Field(
+        min_length=2, max_length=5, description="the answers offered"
+    )
+    correct: int = Field(ge=1, le=5, description="number of the right one, from 1")
+    explanation: str = Field(
+        min_length=1, max_length=400, description="what is explained again after a wrong answer"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> ComprehensionQuestion:
+        if self.correct > len(self.options):
+            raise ValueError(
+                f"correct: {self.correct} given; there are {len(self.options)} options"
+            )
+        return self
+
+
+class ComprehensionPart(Part):
+    """Questions before phase one; what was answered wrong is explained again."""
+
+    questions: tuple[ComprehensionQuestion, ...] = Field(
+        min_length=1, max_length=6, description="the questions"
+    )
+    explanations: int = Field(
+        default=2, ge=0, le=2, description="how often it is explained and asked again"
+    )
+    on_failure: Failure = Field(
+        default="go_on", description="what happens after that; recorded as a deviation"
+    )
+
+
+class BreakPart(Part):
+    """Rests with a timer: between blocks, and within long ones."""
+
+    seconds: int = Field(ge=1, le=3600, description="suggested length, s")
+    minimum_seconds: int = Field(default=0, ge=0, le=3600, description="shortest length, s")
+    every_trials: int = Field(
+        default=0, ge=0, le=1000, description="trials between breaks in a block; 0: none within"
+    )
+
+
+class SwitchingPart(Part):
+    """How an automatic switch is announced, and what follows it."""
+
+    cue_seconds: float = Field(
+        default=0.0, ge=0, le=60, description="how long before it is announced, s; 0: the ring only"
+    )
+    landing_seconds: float = Field(
+        default=1.2, ge=0, le=10, description="how long the landing is marked, s"
+    )
+    grace_seconds: float = Field(
+        default=0.0, ge=0, le=10, description="demonstrations so soon after it are flagged, s"
+    )
+
+
+class DebriefPart(Part):
+    """What is told at the end."""
+
+    title: str = Field(
+        default="What this was about", min_length=1, max_length=80, description="title"
+    )
+    paragraphs: tuple[Paragraph, ...] = Field(min_length=1, max_length=8, description="the text")
+
+
+NUMBER_ROW = 12
+"""Keys in the row above the letters: larger fleets are chosen from by typing numbers."""
+_CHECKED_LATER = ("robots", "accept")
+
+
+class KeyPart(Part):
+    """Which key does what."""
+
+    up: str = Field(default="up", description="the action that the task binds to up")
+    down: str = Field(default="down", description="the action bound to down")
+    left: str = Field(default="left", description="the action bound to left")
+    right: str = Field(default="right", description="the action bound to right")
+    next_robot: str = Field(default="tab", description="choose the next robot")
+    accept: str = Field(default="space", description="accept a suggestion")
+    confirm: str = Field(default="return", description="go on, confirm")
+    back: str = Field(default="backspace", description="go back")
+    pause: str = Field(default="escape", description="pause")
+    robots: tuple[str, ...] = Field(
+        default=("1", "2", "3", "4", "5", "6", "7", "8", "9", "0", "-", "="),
+        max_length=48,
+        description="keys that choose robots 1, 2, ...",
+    )
+
+    @model_validator(mode="after")
+    def _distinct(self) -> KeyPart:
+        singles = [
+            getattr(self, name) for name in type(self).model_fields if name not in _CHECKED_LATER
+        ]
+        keys = [*singles, *self.robots]
+        twice = sorted({key for key in keys if keys.count(key) > 1})
+        if twice:
+            raise ValueError(f"bound twice: {', '.join(twice)}; each key does one thing")
+        return self

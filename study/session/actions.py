@@ -1,0 +1,56 @@
+"""What every robot does at a timestep, and who decided it."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from study.events.codes import ActionSource
+from study.events.task_description import TaskDescription
+from study.seat_settings import KeyPart
+
+Actions = npt.NDArray[np.int32]
+
+
+def decide_actions(
+    policy_actions: Actions,
+    active: npt.NDArray[np.bool_],
+    operated: int,
+    wanted: int | None,
+    idle: int,
+    *,
+    drives_itself: bool,
+) -> tuple[Actions, Actions]:
+    """Return actions and their `codes.ActionSource`, both int32 [n].
+
+    Args:
+        policy_actions: what the policy would do, int32 [n].
+        active: robots whose episode goes on, bool [n].
+        operated: index of the operated robot; -1 if none.
+        wanted: the action that the operator asks for; None if no key acts.
+        idle: the action that does nothing.
+        drives_itself: whether the operated robot follows its policy while no key acts.
+    """
+    actions = policy_actions.copy()
+    sources = np.where(active, ActionSource.POLICY, ActionSource.INACTIVE).astype(np.int32)
+    if operated >= 0 and active[operated]:
+        if wanted is not None:
+            actions[operated] = wanted
+            sources[operated] = (
+                ActionSource.OPERATOR if wanted != idle else ActionSource.OPERATOR_IDLE
+            )
+        elif not drives_itself:
+            actions[operated] = idle
+            sources[operated] = ActionSource.OPERATOR_IDLE
+    actions[~active] = idle
+    return actions, sources
+
+
+def key_actions(keys: KeyPart, description: TaskDescription) -> dict[str, int]:
+    """Return the action that each key asks for, of those that the task has."""
+    directions = {keys.up: "up", keys.down: "down", keys.left: "left", keys.right: "right"}
+    return {
+        key: description.key_actions[direction]
+        for key, direction in directions.items()
+        if direction in description.key_actions
+    }

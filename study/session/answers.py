@@ -1,0 +1,110 @@
+"""The answers of a survey in progress: values, texts, and when each was changed last."""
+
+from __future__ import annotations
+
+from study.questionnaire import LONGEST_TEXT, Questionnaire
+
+
+class Answers:
+    """One answer an item, none to begin with.
+
+    Attributes:
+        changes: how often each answer was set.
+        changed_ns: session time of the last change.
+    """
+
+    def __init__(self, questionnaire: Questionnaire) -> None:
+        self._questionnaire = questionnaire
+        self._items = questionnaire.items
+        count = len(self._items)
+        self._values: list[int | None] = [None] * count
+        self._typed = [""] * count
+        self.changes = [0] * count
+        self.changed_ns = [0] * count
+
+    def value(self, place: int) -> int | None:
+        """Return an answer; None while it is open. A text's is its length."""
+        return self._values[place]
+
+    def typed(self, place: int) -> str:
+        """Return the characters typed."""
+        return self._typed[place]
+
+    def is_open(self, place: int) -> bool:
+        """Whether an answer is still needed."""
+        item = self._items[place]
+        if item.kind == "text":
+            return not (item.optional or self._typed[place].strip())
+        return self._values[place] is None
+
+    def set(self, place: int, value: int, t_ns: int) -> bool:
+        """Give an answer; return whether that changed it."""
+        return self._put(place, value, t_ns)
+
+    def digit(self, place: int, digit: int, t_ns: int) -> bool:
+        """Take a digit in: a value, an option, tens of a long scale, or a number's next digit."""
+        item, scale = self._items[place], self._questionnaire
+        if item.kind == "number":
+            return self._type_number(place, f"{self._typed[place]}{digit}", t_ns)
+        value = digit
+        if item.kind == "scale" and scale.high > 9:
+            # A digit alone goes for tens; the arrows do the rest.
+            value = scale.low + round((digit * 10 - scale.low) / scale.step) * scale.step
+        return scale.takes(item, value) and self._put(place, value, t_ns)
+
+    def move(self, place: int, by: int, t_ns: int) -> bool:
+        """Go to the next answer up (1) or down (-1)."""
+        item, scale = self._items[place], self._questionnaire
+        if item.kind == "choice":
+            low, high, step = 1, len(item.options), 1
+        elif item.kind == "scale":
+            low, high, step = scale.low, scale.high, scale.step
+        else:
+            return False
+        value = self._values[place]
+        # The first arrow starts from the middle, so that neither end is nearer.
+        middle = low + (high - low) // (2 * step) * step
+        wanted = middle if value is None else min(high, max(low, value + by * step))
+        return self._put(place, wanted, t_ns)
+
+    def type(self, place: int, text: str, t_ns: int) -> bool:
+        """Add characters to a free text."""
+        if self._items[place].kind != "text":
+            return False
+        kept = "".join(letter for letter in text if letter.isprintable())
+        return self._type_text(place, (self._typed[place] + kept)[:LONGEST_TEXT], t_ns)
+
+    def delete(self, place: int, t_ns: int) -> bool:
+        """Take the last character away."""
+        kind, shorter = self._items[place].kind, self._typed[place][:-1]
+        if kind == "text":
+            return self._type_text(place, shorter, t_ns)
+        return kind == "number" and self._type_number(place, shorter, t_ns)
+
+    def _type_text(self, place: int, text: str, t_ns: int) -> bool:
+        if text == self._typed[place]:
+            return False
+        self._typed[place] = text
+        self._values[place] = len(text)
+        self.changes[place] += 1
+        self.changed_ns[place] = t_ns
+        return True
+
+    def _type_number(self, place: int, text: str, t_ns: int) -> bool:
+        value = int(text) if text else -1
+        if text == self._typed[place] or value > self._items[place].most:
+            # A digit too many is not taken in: no number would come of any that follow.
+            return False
+        self._typed[place] = text
+        return self._put(place, value if self._takes(place, value) else None, t_ns)
+
+    def _takes(self, place: int, value: int) -> bool:
+        return self._questionnaire.takes(self._items[place], value)
+
+    def _put(self, place: int, value: int | None, t_ns: int) -> bool:
+        if self._values[place] == value:
+            return False
+        self._values[place] = value
+        self.changes[place] += 1
+        self.changed_ns[place] = t_ns
+        return True

@@ -1,0 +1,124 @@
+"""Answers that are no short row of numbers: long scales, choices, numbers and free text."""
+
+from __future__ import annotations
+
+import pygame
+
+from study.screens import SurveyItem
+from study.shell.drawing import marks, palette
+from study.shell.drawing.canvas import Canvas
+
+MOST_NUMBERED = 11
+"""Answers of a scale that are drawn as numbered boxes; a longer one is a ruler."""
+
+
+def values(item: SurveyItem) -> range:
+    """Return the answers that stand side by side, from the lowest; what is typed is one."""
+    if is_typed(item):
+        return range(1)
+    return range(item.low, item.high + 1, item.step)
+
+
+def is_typed(item: SurveyItem) -> bool:
+    """Whether an item is answered by typing."""
+    return item.kind in ("number", "text")
+
+
+def is_plain(item: SurveyItem) -> bool:
+    """Whether an item is a row of numbered boxes."""
+    return item.kind == "scale" and len(values(item)) <= MOST_NUMBERED
+
+
+def box_width(item: SurveyItem, pitch: float, usual: int) -> int:
+    """Return the width of one answer, pixels, where answers are ``pitch`` apart."""
+    if item.kind == "choice":
+        return round(pitch * 0.94)
+    if is_typed(item):
+        return round(pitch)
+    return min(usual, round(pitch * 0.74)) if is_plain(item) else max(3, round(pitch))
+
+
+def draw(
+    canvas: Canvas, item: SurveyItem, boxes: tuple[pygame.Rect, ...], *, focused: bool
+) -> None:
+    """Draw the answers of an item that is not plain into its boxes."""
+    if item.kind == "scale":
+        _draw_ruler(canvas, item, boxes)
+    elif item.kind == "choice":
+        for number, (option, box) in enumerate(zip(item.options, boxes, strict=True), start=1):
+            _draw_option(canvas, option, box, number, chosen=item.value == number)
+    else:
+        _draw_typed(canvas, item, boxes[0], focused=focused)
+
+
+def status(canvas: Canvas, item: SurveyItem, *, focused: bool) -> str:
+    """Return the line under the answers; empty where the usual one fits."""
+    if item.kind == "choice" and item.value is not None:
+        return canvas.say("You can still change it.")
+    if item.kind == "choice" and focused:
+        return canvas.say("Press a number from {low} to {high}.", low=1, high=len(item.options))
+    if item.kind == "number" and item.value is None:
+        return canvas.say("Type a number from {low} to {high}.", low=item.low, high=item.high)
+    if item.kind == "number":
+        return canvas.say("You can still change it.")
+    if item.kind == "text":
+        return canvas.say("Type your answer. Backspace deletes.")
+    if item.kind == "scale" and not is_plain(item) and item.value is None and focused:
+        return canvas.say("Press a digit for tens, arrows to move.")
+    return ""
+
+
+def _draw_ruler(canvas: Canvas, item: SurveyItem, boxes: tuple[pygame.Rect, ...]) -> None:
+    u = canvas.u
+    first, last = boxes[0], boxes[-1]
+    middle = first.centery
+    canvas.surface.fill(
+        palette.EDGE, (first.centerx, middle - 1, last.centerx - first.centerx, max(2, u(2)))
+    )
+    for value, box in zip(values(item), boxes, strict=True):
+        tall = u(26 if value in (item.low, (item.low + item.high) // 2, item.high) else 15)
+        canvas.surface.fill(palette.EDGE, (box.centerx - 1, middle - tall // 2, max(2, u(2)), tall))
+        if item.value == value:
+            x = min(max(box.centerx, first.left + u(28)), last.right - u(28))
+            place = pygame.Rect(0, 0, u(60), u(42))
+            place.center = (x, middle)
+            canvas.box(place, u(8), palette.BLUE, palette.BLUE_DARK, u(2))
+            canvas.write(
+                str(value), place.centerx, place.centery, u(24), weight="bold",
+                colour=palette.CARD, align="centre",
+            )  # fmt: skip
+
+
+def _draw_option(
+    canvas: Canvas, option: str, box: pygame.Rect, number: int, *, chosen: bool
+) -> None:
+    u = canvas.u
+    fill = palette.BLUE if chosen else palette.CARD
+    colour = palette.CARD if chosen else palette.INK
+    canvas.box(box, u(8), fill, palette.BLUE_DARK if chosen else palette.EDGE, u(2))
+    canvas.write(str(number), box.left + u(16), box.centery, u(20), weight="bold", colour=colour)
+    room = pygame.Rect(box.left + u(38), box.top, box.width - u(48), box.height)
+    size = u(20)
+    while canvas.paragraph_height(option, room.width, size) > room.height and size > u(13):
+        size -= 1
+    height = canvas.paragraph_height(option, room.width, size)
+    room.top += max(0, (box.height - height) // 2)
+    room.height = max(room.height, height)
+    canvas.paragraph(option, room, size, colour=colour)
+    if chosen:
+        marks.tick(canvas, box.right - u(14), box.top + u(14), u(16), palette.CARD, u(3))
+
+
+def _draw_typed(canvas: Canvas, item: SurveyItem, box: pygame.Rect, *, focused: bool) -> None:
+    u = canvas.u
+    edge = palette.BLUE_DARK if focused else palette.EDGE
+    canvas.box(box, u(8), palette.CARD, edge, u(2))
+    size, room = u(21), box.width - u(40)
+    shown = item.typed
+    # The end of what is typed stays in sight.
+    while canvas.text_width(shown, size) > room and shown:
+        shown = shown[1:]
+    drawn = canvas.write(shown, box.left + u(16), box.centery, size)
+    if focused:
+        x = drawn.right + u(3) if shown else box.left + u(16)
+        canvas.surface.fill(palette.BLUE_DARK, (x, box.centery - u(14), max(2, u(2)), u(28)))

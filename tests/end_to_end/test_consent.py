@@ -1,0 +1,97 @@
+"""Consent in a real window: nothing is written before it, and what was recorded can be erased."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from patience import PATIENCE_S
+from study.events.events import SessionStarted
+from study.events.participant_events import ConsentGiven
+from study.recording.reader import read_recording
+from x11_driver import Hands, x_server
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@contextmanager
+def seated(folder: Path) -> Iterator[tuple[Hands, subprocess.Popen[bytes]]]:
+    """Start a session that asks for consent, with a participant's hands at its window."""
+    with x_server() as display:
+        environment = {
+            **os.environ,
+            "DISPLAY": display,
+            "SDL_VIDEODRIVER": "x11",
+            "SDL_AUDIODRIVER": "dummy",
+        }
+        command = [sys.executable, "-m", "study.commands.main", "run", "every_screen", "-p", "P01"]
+        study = subprocess.Popen([*command, "-o", str(folder)], env=environment, cwd=ROOT)
+        hands = Hands(display)
+        try:
+            hands.wait_for_window()
+            # The first screen is drawn and keys are looked at soon after the window is there.
+            time.sleep(1.0)
+            yield hands, study
+        finally:
+            study.terminate()
+            study.wait(PATIENCE_S)
+            hands.close()
+
+
+def until(reached: Callable[[], bool]) -> None:
+    """Wait until something holds."""
+    end = time.monotonic() + PATIENCE_S
+    while not reached():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+def recordings(folder: Path) -> list[Path]:
+    """Return the recordings there are, those in the making too."""
+    return sorted(folder.glob("*.mcap*"))
+
+
+def test_declining_leaves_a_count_and_nothing_else(tmp_path: Path) -> None:
+    """No recording, no name: one more who declined."""
+    folder = tmp_path / "recordings"
+    with seated(folder) as (hands, study):
+        assert not folder.exists()
+        hands.tap("n")
+        hands.tap("Return")
+        assert study.wait(PATIENCE_S) == 3
+    (left,) = folder.iterdir()
+    assert json.loads(left.read_text()) == {"every_screen": {"declined": 1, "erased": 0}}
+    assert "P01" not in left.read_text()
+
+
+def test_a_recording_opens_with_consent_and_can_be_erased(tmp_path: Path) -> None:
+    """It begins once the text is agreed to; Escape, E and Y remove it and leave a count."""
+    folder = tmp_path / "recordings"
+    with seated(folder) as (hands, study):
+        assert not folder.exists()
+        # Enter alone confirms nothing: neither answer is preselected.
+        hands.tap("Return")
+        hands.tap("y")
+        assert not folder.exists()
+        hands.tap("Return")
+        until(lambda: bool(recordings(folder)) and consented(recordings(folder)[0]))
+        for key in ("Escape", "e", "y"):
+            hands.tap(key)
+        assert study.wait(PATIENCE_S) == 3
+    (left,) = folder.iterdir()
+    assert json.loads(left.read_text()) == {"every_screen": {"declined": 0, "erased": 1}}
+
+
+def consented(path: Path) -> bool:
+    """Whether a recording in the making holds the consent to it, before any stage."""
+    if not path.stat().st_size:
+        return False
+    topics = ("event/session_started", "event/consent_given", "event/stage_entered")
+    found = [record for _, record in read_recording(path).records(*topics)]
+    return [type(record) for record in found[:2]] == [SessionStarted, ConsentGiven]

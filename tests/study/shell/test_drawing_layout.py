@@ -1,0 +1,144 @@
+"""Nothing is clipped and nothing overlaps: all fleets, sizes, scales, and long words."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterator
+
+import pygame
+import pytest
+
+import sample_screens as samples
+from study.screens import Screen
+from study.shell.drawing.drawn import Boxed, Written
+from study.shell.drawing.lettering import clear_fonts
+from study.shell.drawing.renderer import SMALLEST_FIT, Renderer
+from watched_drawing import Seen, fleets, watched
+
+LOOKS = [((1280, 720), 1.0), ((1280, 720), 2.0), ((1920, 1080), 1.5), ((2560, 1440), 2.0)]
+SCREENS: dict[str, Screen] = {
+    **fleets(),
+    **{name: screen for name, screen in samples.samples().items() if not name.startswith("fleet_")},
+}
+KEY_SIGNS = re.compile(r"^(.|[0-9]+)$")
+"""What stands on keys and robots is no word: single signs and numbers."""
+
+
+@pytest.fixture(autouse=True)
+def _fonts() -> Iterator[None]:
+    pygame.font.init()
+    yield
+    clear_fonts()
+
+
+def problems(size: tuple[int, int], renderer: Renderer, seen: list[Seen]) -> list[str]:
+    """Return in words what is clipped or lies on something else."""
+    found = [f"clipped: {text}" for text in renderer.overflows]
+    bounds = pygame.Rect((0, 0), size)
+    still = [item.drawn for item in seen if not item.drawn.moving]
+    texts = [drawn for drawn in still if isinstance(drawn, Written)]
+    boxes = [drawn for drawn in still if isinstance(drawn, Boxed)]
+    found += [f"off the screen: {box.place}" for box in boxes if not bounds.contains(box.place)]
+    for index, text in enumerate(texts):
+        found += [
+            f"{text.text!r} on {other.text!r}"
+            for other in texts[index + 1 :]
+            if text.place.colliderect(other.place)
+        ]
+        found += [
+            f"{text.text!r} reaches over the edge of {box.place}"
+            for box in boxes
+            if text.place.colliderect(box.place) and not box.place.contains(text.place)
+        ]
+    return found
+
+
+@pytest.mark.parametrize("locale", ["en", "pseudo"])
+@pytest.mark.parametrize(("size", "factor"), LOOKS)
+@pytest.mark.parametrize("name", SCREENS)
+def test_nothing_is_clipped_or_overlaps(
+    name: str, size: tuple[int, int], factor: float, locale: str
+) -> None:
+    """Every text lies within the screen and its box, and on no other text."""
+    renderer, seen = watched(SCREENS[name], size, factor, locale)
+    assert problems(size, renderer, seen) == []
+    assert renderer.canvas.scale > SMALLEST_FIT
+
+
+def test_the_check_can_fail() -> None:
+    """A text on another, one over the edge of its box, and a clipped one are all reported."""
+    size = (1280, 720)
+    renderer, seen = watched(samples.ready(), size)
+    written = next(item for item in seen if isinstance(item.drawn, Written))
+    box = next(item for item in seen if isinstance(item.drawn, Boxed))
+    half = dataclasses.replace(
+        written.drawn, place=pygame.Rect(box.drawn.place.left - 10, box.drawn.place.top, 20, 10)
+    )
+    renderer.overflows.append("too long")
+    found = " ".join(problems(size, renderer, [written, written, box, Seen(half, ())]))
+    assert "clipped: too long" in found
+    assert " on " in found
+    assert "reaches over the edge" in found
+
+
+@pytest.mark.parametrize("name", SCREENS)
+def test_every_word_comes_from_the_catalogue(name: str) -> None:
+    """In the pseudo-locale no plain letter is written, but for the signs on keys."""
+    _, seen = watched(SCREENS[name], (1280, 720), 1.0, "pseudo")
+    texts = {item.drawn.text for item in seen if isinstance(item.drawn, Written)}
+    plain = {text for text in texts if re.search("[A-Za-z]", text) and not KEY_SIGNS.match(text)}
+    assert plain == set()
+
+
+def test_a_larger_scale_makes_larger_text_where_there_is_room() -> None:
+    """At 2 a page of text is written larger than at 1, though it fits both times."""
+    heights = []
+    for factor in (1.0, 2.0):
+        _, seen = watched(samples.ready(), (2560, 1440), factor)
+        heights.append(max(i.drawn.place.height for i in seen if isinstance(i.drawn, Written)))
+    assert heights[1] > 1.5 * heights[0]
+
+
+def test_the_scale_stays_while_a_screen_is_looked_at() -> None:
+    """An answer or a passing second never changes the size of what is written."""
+    renderer, surface = Renderer((1280, 720), 2.0), pygame.Surface((1280, 720))
+    scales = []
+    for screen in (samples.survey(), samples.survey(values=(5, 4), focus=2), samples.survey()):
+        renderer.draw(surface, screen, 0)
+        scales.append(renderer.canvas.scale)
+    assert scales[1] == scales[2]
+
+
+@pytest.mark.parametrize("view", ["tiles", "enlarged"])
+def test_a_picture_built_upon_the_last_equals_one_drawn_anew(view: str) -> None:
+    """What is left standing from the picture before is what would be drawn again."""
+    size = (1280, 720)
+    start = dataclasses.replace(samples.fleet(12, operated=4), view=view)  # type: ignore[arg-type]
+    steps = [
+        samples.moved(start),
+        start,
+        dataclasses.replace(start, operated=7, switched_ns=samples.T_NS, timestep=148),
+        dataclasses.replace(start, operated=7, seconds_left=30.0, timestep=149),
+        dataclasses.replace(start, operated=-1, message="Choose a robot to drive", timestep=150),
+        dataclasses.replace(start, operated=2, timestep=151, tiles=samples.tiles(12, cued=False)),
+    ]
+    kept, surface = Renderer(size), pygame.Surface(size)
+    for number, step in enumerate(steps):
+        now = samples.T_NS + number * 50_000_000
+        kept.draw(surface, step, now)
+        changed = kept.draw(surface, step, now + 30_000_000)
+        assert changed is not None
+        anew = Renderer(size)
+        for before in steps[: number + 1]:
+            picture = pygame.Surface(size)
+            anew.draw(picture, before, now + 30_000_000)
+        assert surface.get_buffer().raw == picture.get_buffer().raw
+
+
+def test_nothing_is_drawn_where_nothing_changed() -> None:
+    """A still screen shown again, and a fleet at the same moment, change no place."""
+    surface, renderer = pygame.Surface((1280, 720)), Renderer((1280, 720))
+    for screen in (samples.survey(), samples.fleet(12)):
+        renderer.draw(surface, screen, samples.T_NS)
+        assert renderer.draw(surface, screen, samples.T_NS) == []
