@@ -121,7 +121,7 @@ def methods(results: StudyResults, plan: PlanStatus) -> list[str]:
         )
     text.append(
         "Trial rows pooled over participants are shown for comparison only: they treat trials of "
-        "one participant as independent and reject a true null too often."
+        "one participant as independent, so that their error rate is not the one stated."
     )
     if results.ratings:
         text.append(
