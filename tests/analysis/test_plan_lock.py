@@ -53,6 +53,9 @@ def opened_by(lock: PlanLock, text: str, sha256: str, questionnaires: str) -> Se
         started_utc="2026-02-01T00:00:00+00:00",
         planned_index=0,
         questionnaires_json=questionnaires,
+        rules=1,
+        consent_sha256="",
+        consented_utc="",
     )
 
 
