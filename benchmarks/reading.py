@@ -11,7 +11,6 @@ All take turns in one run. Our files have a chunk for each half second, as a ses
 from __future__ import annotations
 
 import json
-import resource
 import struct
 import subprocess
 import sys
@@ -38,8 +37,8 @@ def frame_of(path: Path) -> pd.DataFrame:
     frames = []
     for run in read_recording(path).columns(TOPIC):
         rows, robots = run["actions"].shape
-        columns = {"timestep": np.repeat(np.arange(rows), robots)}
-        columns["robot"] = np.tile(np.arange(robots), rows)
+        columns = {"timestep": np.repeat(np.arange(rows, dtype=np.int32), robots)}
+        columns["robot"] = np.tile(np.arange(robots, dtype=np.int32), rows)
         columns |= {name: run["states"][:, :, place].ravel() for place, name in enumerate(STATES)}
         columns |= {name: run[name].ravel() for name in ROBOT_FIELDS}
         frames.append(pd.DataFrame(columns, copy=False))
@@ -123,8 +122,12 @@ def growth(paths: Sequence[Path], sessions: int) -> None:
 
 
 def peak_mib() -> int:
-    """Return the most memory that this process has held, MiB."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+    """Return the most memory that this process has held, MiB.
+
+    Not that of `getrusage`, which counts what the parent held when it forked.
+    """
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return next(int(line.split()[1]) // 1024 for line in lines if line.startswith("VmHWM"))
 
 
 def main() -> None:
