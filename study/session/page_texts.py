@@ -55,7 +55,8 @@ def _welcome(context: Context) -> tuple[Page, ...]:
                 say(
                     "There are four parts. First you teach one robot. Then you look after "
                     "{few} robots at once, and then after {many}. "
-                    "In the last part the robots show what they learned; you only watch.",
+                    "In the last part the robots show what they learned; "
+                    "there you have nothing to do.",
                     few=protocol.phase_two.robots,
                     many=most,
                 ),
@@ -64,7 +65,7 @@ def _welcome(context: Context) -> tuple[Page, ...]:
                     "being studied, not you."
                 ),
                 say(
-                    'You can pause at any time with "{key}", and you can stop whenever you like.',
+                    'You can pause with "{key}", and you can stop whenever you like.',
                     key=key_word(context, protocol.keys.pause),
                 ),
             ),
@@ -212,8 +213,7 @@ def _suggested(context: Context, condition: Condition) -> tuple[str, str, tuple[
         ),
         (
             say(
-                "A dashed orange frame marks the robot that seems to need you most. "
-                "{key} takes you there.",
+                "A dashed orange frame marks the robot that is suggested. {key} takes you there.",
                 key=key_word(context, context.protocol.keys.accept),
             ),
             say("You need not follow it: choose any robot by its number, as before."),
@@ -234,8 +234,8 @@ def _assisted(context: Context, condition: Condition) -> tuple[str, str, tuple[s
         ),
         (
             say(
-                "About every {seconds} seconds you are switched to the robot that seems to "
-                "need you most. A ring shows how long is left until the next switch.",
+                "About every {seconds} seconds it is chosen anew which robot you drive. "
+                "A ring shows how long is left until then.",
                 seconds=f"{seconds:.1f}",
             ),
             say("You see only the robot that you drive; the others drive on unseen.")

@@ -98,7 +98,7 @@ def evaluation_screen(plan: TrialPlan, context: Context, timestep: int) -> WaitS
     return WaitScreen(
         title=context.say("The robots drive on their own now"),
         text=context.say(
-            "Trying out set {number} of what you taught them. There is nothing to do for you.",
+            "They show what they learned from you, set {number}. There is nothing to do for you.",
             number=plan.place.block,
         ),
         progress=done,

@@ -167,7 +167,7 @@ def page(figure: str) -> PageScreen:
             "Your points are shown when the block is finished.",
         ),
         "assisted": (
-            "Every moment or so you are switched to the robot that seems to need you most. "
+            "Every moment or so it is chosen anew which robot you drive. "
             "A ring shows how long is left until the next switch.",
             "You see only the robot that you drive; the others drive on unseen.",
             "After a switch, press the arrow key again. "

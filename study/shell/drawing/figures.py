@@ -118,7 +118,7 @@ def _notes(view: maps.MapView, pose: Pose) -> list[leaders.Note]:
         notes.append(leaders.Note(noted("Wall"), noted("blocks the way"), edge, level=True))
     x, y = view.point(pose.x, pose.y)
     halo = view.robot_radius * DRIVEN_SCALE * HALO
-    notes.append(leaders.Note(noted("Your robot"), noted("points ahead"), (x + halo, y)))
+    notes.append(leaders.Note(noted("Your robot"), noted("tip in front"), (x + halo, y)))
     hazards = [mark for mark in scene.rectangles if mark.role == "hazard"]
     if hazards:
         hazard = max(hazards, key=lambda mark: mark.x + mark.width - mark.y)

@@ -11,6 +11,9 @@ from study.shell.drawing import marks, palette
 from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.palette import Colour
 
+DRIVEN_REACH = 1.6
+"""Distance of a driven robot's middle from the map's edge, in radii: its dart stays in sight."""
+
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class MapView:
@@ -50,6 +53,20 @@ class MapView:
         visible = min(0.0375 * width, 18 + 0.011 * width)
         return max(self.scene.robot_radius * self.scale, visible, 6.0)
 
+    def robot_point(self, x: float, y: float, *, driven: bool) -> tuple[float, float]:
+        """Return where a robot is drawn: moved inwards where the map's edge would cut its body off.
+
+        Bodies are drawn larger than they are, so that those at an outer wall would reach beyond it.
+        """
+        reach = self.robot_radius * (DRIVEN_REACH if driven else 1.0) + _wall_width(
+            self.place.width
+        )
+        across, down = self.point(x, y)
+        return (
+            min(max(across, self.place.left + reach), self.place.right - reach),
+            min(max(down, self.place.top + reach), self.place.bottom - reach),
+        )
+
 
 def map_surface(
     canvas: Canvas, scene: Scene, size: tuple[int, int], floor: Colour, plate: Colour
@@ -81,9 +98,14 @@ def _paint(
         draw_disc(canvas, view, disc)
 
 
+def _wall_width(width: int) -> int:
+    """Return how wide a wall at least is on a map of a width, pixels."""
+    return max(2, round(0.0125 * width))
+
+
 def _thickened(wall: pygame.Rect, width: int, place: pygame.Rect) -> pygame.Rect:
     """Return a wall no thinner than can be seen, moved inside the map."""
-    least = max(2, round(0.0125 * width))
+    least = _wall_width(width)
     thick = wall.inflate(max(0, least - wall.width), max(0, least - wall.height))
     return thick.clamp(place) if place.contains(thick.clamp(place)) else thick.clip(place)
 

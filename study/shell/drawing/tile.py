@@ -62,8 +62,9 @@ def body_key(scene: Scene, shown: TileView) -> object:
     """Return all that the look of a tile's robot depends on: places in pixels, steps of turns."""
     view = maps.MapView(scene, shown.place.map)
     ring = round(shown.dwell_left * RING_STEPS) if shown.dwell_left >= 0 else -1
+    place = view.robot_point(shown.pose.x, shown.pose.y, driven=shown.look.driven)
     return (
-        _pixel(*view.point(shown.pose.x, shown.pose.y)), _trail(view, shown),
+        _pixel(*place), _trail(view, shown),
         heading_step(shown.pose.heading), ring, shown.landing,
     )  # fmt: skip
 
@@ -93,7 +94,7 @@ def draw_tile(canvas: Canvas, scene: Scene, shown: TileView) -> None:
     )
     view = maps.MapView(scene, place.map)
     # The plate belongs to the screen, not to the map: what reaches over it is cut off.
-    x, y = view.point(shown.pose.x, shown.pose.y)
+    x, y = view.robot_point(shown.pose.x, shown.pose.y, driven=shown.look.driven)
     reach = 2 * round(view.robot_radius * FARTHEST)
     body = pygame.Rect(0, 0, reach, reach)
     body.center = (round(x), round(y))
@@ -133,7 +134,7 @@ def _draw_body(canvas: Canvas, view: maps.MapView, shown: TileView) -> None:
     """Draw the robot with its trail and the marks of its cue."""
     tile, look, pose = shown.tile, shown.look, shown.pose
     radius = view.robot_radius
-    x, y = _pixel(*view.point(pose.x, pose.y))
+    x, y = _pixel(*view.robot_point(pose.x, pose.y, driven=look.driven))
     if tile.cue is not None:
         if tile.cue.kind == "goal":
             _reached_goal(canvas, view)
@@ -171,7 +172,7 @@ def _landing_label(canvas: Canvas, view: maps.MapView, shown: TileView) -> None:
     text = canvas.say("Switched to robot {number}", number=shown.tile.robot + 1)
     size = canvas.u(24)
     width, height = canvas.text_width(text, size, "semibold") + canvas.u(40), canvas.u(52)
-    x, y = view.point(shown.pose.x, shown.pose.y)
+    x, y = view.robot_point(shown.pose.x, shown.pose.y, driven=shown.look.driven)
     reach = view.robot_radius * 4.4
     above = y - reach - height
     box = pygame.Rect(0, 0, width, height)
