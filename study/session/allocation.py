@@ -130,11 +130,17 @@ class AssistedAllocation:
     """The scorer chooses, every ``dwell`` timesteps and when the operated robot ends.
 
     Source: paper, section on the user study: "every 15 timesteps".
+
+    Attributes:
+        operated: the operated robot; -1 before the first choice.
+        scored: whether there are scores. Without, as where the scorer could not be fitted, the
+            first available robot is operated, and no switch is announced.
     """
 
     def __init__(self, dwell: int) -> None:
         self._dwell = dwell
         self._left = 0
+        self.scored = True
         self.operated = -1
         self.source = ChoiceSource.SCORER
 
@@ -144,6 +150,7 @@ class AssistedAllocation:
         Returns:
             Why the operated robot changed: "start", "dwell", "ended", or "" if it did not.
         """
+        self.scored = bool(scores.size)
         ended = self.operated >= 0 and not available[self.operated]
         if self._left > 0 and not ended:
             return ""
@@ -170,8 +177,8 @@ class AssistedAllocation:
         return max(0, self._left)
 
     def dwell_left(self) -> float:
-        """Return the fraction of the dwell that is left, 1 to 0."""
-        return max(0, self._left) / self._dwell
+        """Return the fraction of the dwell that is left, 1 to 0; -1 without scores."""
+        return max(0, self._left) / self._dwell if self.scored else -1.0
 
 
 AnyAllocation = FixedAllocation | ManualAllocation | SuggestedAllocation | AssistedAllocation

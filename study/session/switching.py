@@ -33,6 +33,8 @@ class SwitchWatch:
         """Return the time to the next automatic choice, s, if that is announced now; else -1."""
         if not isinstance(allocation, AssistedAllocation) or allocation.operated < 0:
             return -1.0
+        if not allocation.scored:
+            return -1.0
         seconds = allocation.timesteps_left() / self._rate
         return seconds if seconds <= self._settings.cue_seconds else -1.0
 

@@ -44,6 +44,15 @@ def test_without_scores_all_tie(available: list[bool]) -> None:
     assert best_robot(np.empty(0), np.array(available)) == expected
 
 
+def test_without_scores_no_switch_is_promised() -> None:
+    """Where the scorer could not be fitted, no ring counts down to a switch that will not come."""
+    allocation = AssistedAllocation(15)
+    assert allocation.rechoose(np.empty(0), np.ones(3, bool)) == "start"
+    assert allocation.dwell_left() == -1.0
+    allocation.rechoose(np.zeros(3), np.ones(3, bool))
+    assert allocation.dwell_left() == 1.0
+
+
 @settings(max_examples=30)
 @given(dwell=st.integers(1, 20), data=st.data())
 def test_assisted_never_switches_early_nor_late(dwell: int, data: st.DataObject) -> None:
