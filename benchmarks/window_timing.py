@@ -1,6 +1,6 @@
 """Punctuality of the participant's window, beside two loops that draw nothing, in one run.
 
-    flock /tmp/heavy.lock python benchmarks/window_timing.py --seconds 60
+    python benchmarks/window_timing.py --seconds 60
 
 Starts a virtual X server (Xvfb) of 1920x1080, opens the window in it and runs, one after the other:
 a bare loop on absolute deadlines, a loop on pygame's ``Clock.tick(60)``, and the program's own loop

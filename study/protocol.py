@@ -319,7 +319,8 @@ def parse_protocol(text: str, source: str) -> Protocol:
         # arrays for tuples.
         protocol = Protocol.model_validate_json(json.dumps(raw, default=str), strict=True)
     except ValidationError as error:
-        raise ProtocolError(source, list(validation_problems(error, Protocol))) from error
+        problems = list(validation_problems(error, Protocol, given_file=raw))
+        raise ProtocolError(source, problems) from error
     missing = [path for path in protocol.assumptions if not _has_path(raw, path)]
     if missing:
         problems = [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterator
 from typing import Any, get_args
 
@@ -13,15 +14,25 @@ NAME_PATTERN = r"^[a-z][a-z0-9_]{0,39}$"
 
 
 def validation_problems(
-    error: ValidationError, model: type[BaseModel], prefix: str = ""
+    error: ValidationError, model: type[BaseModel], prefix: str = "", given_file: object = None
 ) -> Iterator[str]:
-    """Translate pydantic's errors: key path, what was given, what is allowed, nearest name."""
+    """Translate pydantic's errors: key path, what was given, what is allowed, nearest name.
+
+    Args:
+        error: pydantic's.
+        model: what was to be made.
+        prefix: path of the table that was given, if it is not the file.
+        given_file: what was given; entries of lists are called by their names in it.
+    """
     details = error.errors()
     misspelt = set(_meant(details, model))
     for item in details:
         location = [part for part in item["loc"] if not str(part).startswith(("function-", "["))]
-        path = ".".join([*([prefix] if prefix else []), *(_step(part) for part in location)])
+        path = ".".join([*([prefix] if prefix else []), *_steps(location, given_file)])
         kind, given = item["type"], item["input"]
+        if kind == "too_short" and any(_is_inside(other["loc"], item["loc"]) for other in details):
+            # What is wrong with its entries is said already.
+            continue
         lead = f"{path}: " if path else ""
         if kind == "extra_forbidden":
             allowed = _keys_at(model, location[:-1])
@@ -42,8 +53,8 @@ def validation_problems(
                 word.strip(" '") for word in item["ctx"]["expected"].replace(" or ", ",").split(",")
             ]
             near = difflib.get_close_matches(str(given), words, n=1)
-            hint = f' Did you mean "{near[0]}"?' if near else ""
-            yield f"{lead}{_shown(given)} given, allowed: {item['ctx']['expected']}.{hint}"
+            hint = f'; did you mean "{near[0]}"?' if near else ""
+            yield f"{lead}{_shown(given)} given; allowed: {item['ctx']['expected']}{hint}"
         else:
             yield f"{lead}{_shown(given)} given; {item['msg'][0].lower()}{item['msg'][1:]}"
 
@@ -63,8 +74,30 @@ def nearest(given: str, known: list[str]) -> str:
     return f'did you mean "{near[0]}"? ' if near else ""
 
 
-def _step(part: int | str) -> str:
-    return str(part + 1) if isinstance(part, int) else part
+def _is_inside(place: tuple[int | str, ...], outer: tuple[int | str, ...]) -> bool:
+    return len(place) > len(outer) and place[: len(outer)] == outer
+
+
+def _steps(location: list[int | str], given: object) -> Iterator[str]:
+    """Name each step of a path: an entry of a list by its name if it has one, else by number."""
+    here = given
+    for place, part in enumerate(location):
+        here = _inside(here, part)
+        name = here.get("name") if isinstance(part, int) and isinstance(here, dict) else None
+        # A name that is itself wrong leads nowhere.
+        wrong = location[place + 1 :] == ["name"]
+        if isinstance(name, str) and re.fullmatch(NAME_PATTERN, name) and not wrong:
+            yield name
+        else:
+            yield str(part + 1) if isinstance(part, int) else part
+
+
+def _inside(here: object, part: int | str) -> object:
+    if isinstance(here, dict):
+        return here.get(part)
+    if isinstance(here, list) and isinstance(part, int) and part < len(here):
+        return here[part]
+    return None
 
 
 def _shown(given: object) -> str:

@@ -42,11 +42,14 @@ WRONG: dict[str, tuple[list[tuple[str, str]], list[list[str]]]] = {
         [("timesteps_per_second = 10.0", "timesteps_per_second = 1000")],
         [["timing.timesteps_per_second:", "1000", "less than or equal to 100"]],
     ),
-    "not a number": ([("at_least = 2", "at_least = nan")], [["exclusions.1.at_least:", "finite"]]),
+    "not a number": (
+        [("at_least = 2", "at_least = nan")],
+        [["exclusions.incomplete.at_least:", "finite"]],
+    ),
     "other format": ([("format = 1", "format = 2")], [["format:", "2 given", "allowed: 1"]]),
     "unknown order": (
         [('order = "ab_ba"', 'order = "abba"')],
-        [["phase_three.order:", "'abba' given", "latin_square", 'Did you mean "ab_ba"?']],
+        [["phase_three.order:", "'abba' given", "latin_square", 'did you mean "ab_ba"?']],
     ),
     "unknown task": (
         [('name = "navigation"', 'name = "navigaton"')],
@@ -130,12 +133,12 @@ WRONG: dict[str, tuple[list[tuple[str, str]], list[list[str]]]] = {
     ),
     "assisted without scorer": (
         [('scorer = "luce"\n', "")],
-        [["conditions.2:", "an assisted condition needs a scorer"]],
+        [["conditions.assisted:", "an assisted condition needs a scorer"]],
     ),
-    "assisted without dwell": ([("dwell = 15\n", "")], [["conditions.2:", "dwell"]]),
+    "assisted without dwell": ([("dwell = 15\n", "")], [["conditions.assisted:", "dwell"]]),
     "manual that hides": (
         [('view = "tiles"', 'view = "operated_only"')],
-        [["conditions.1:", "manual", 'view = "tiles"']],
+        [["conditions.manual:", "manual", 'view = "tiles"']],
     ),
     "name with blanks": (
         [('name = "manual"', 'name = "By hand"')],

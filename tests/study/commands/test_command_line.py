@@ -79,7 +79,7 @@ def test_wrong_protocol_is_one_message_a_problem(tmp_path: Path, command: str) -
     assert lines[0] == f"Error: {path}: 2 problems"
     assert [line.split(":")[0] for line in lines[1:]] == [
         "  phase_one.episode",
-        "  conditions.2.dwell",
+        "  conditions.assisted.dwell",
     ]
 
 
