@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from typing import Any
 
-from analysis.recordings import StudyRecordings, operator_parameters
+from analysis.recordings import Session, StudyRecordings, operator_parameters
+
+STUDY_SEED = "study_seed"
+"""Among a simulated operator's parameters: the seed of all its study's sessions."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -32,9 +36,7 @@ def data_label(study: StudyRecordings) -> DataLabel:
     if not simulated:
         count = "1 person" if people == 1 else f"{people} persons"
         return DataLabel(simulated=False, short=count, line=count, parameters=())
-    seeds = sorted(session.opened.seed for session in simulated)
-    spread = f"seed {seeds[0]}" if seeds[0] == seeds[-1] else f"seeds {seeds[0]} to {seeds[-1]}"
-    line = f"Simulated participants, N = {len(simulated)}, {spread}"
+    line = f"Simulated participants, N = {len(simulated)}, {_seeds(simulated)}"
     short = f"Simulated participants, N = {len(simulated)}"
     if people:
         mixture = f"; {people} persons" if people > 1 else "; 1 person"
@@ -45,6 +47,15 @@ def data_label(study: StudyRecordings) -> DataLabel:
             given.setdefault(name, []).append(value)
     parameters = tuple((name, _range(values)) for name, values in sorted(given.items()))
     return DataLabel(simulated=True, short=short, line=line, parameters=parameters)
+
+
+def _seeds(simulated: Sequence[Session]) -> str:
+    """Name the seed that made a simulated study, or else the range of its sessions' seeds."""
+    made_by = {str(operator_parameters(session).get(STUDY_SEED, "")) for session in simulated}
+    if len(made_by) == 1 and (seed := made_by.pop()):
+        return f"study seed {seed}"
+    seeds = sorted(session.opened.seed for session in simulated)
+    return f"seed {seeds[0]}" if seeds[0] == seeds[-1] else f"seeds {seeds[0]} to {seeds[-1]}"
 
 
 def _flat(value: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:

@@ -181,6 +181,19 @@ def test_label_counts_simulated_and_gives_seeds(study: StudyRecordings) -> None:
     assert dict(label.parameters) == {"attention_tiles": "3", "lapse_rate": "0.02 to 0.027"}
 
 
+def test_data_label_names_the_seed_that_made_the_study(study: StudyRecordings) -> None:
+    """One number from which all sessions follow, where the recordings tell it."""
+    sessions = tuple(
+        dataclasses.replace(
+            session,
+            opened=dataclasses.replace(session.opened, operator_json='{"study_seed": 7}'),
+        )
+        for session in study.sessions
+    )
+    label = data_label(dataclasses.replace(study, sessions=sessions))
+    assert label.line == "Simulated participants, N = 8, study seed 7"
+
+
 @pytest.mark.parametrize("name", sorted(study_tables.LONG_TABLES))
 def test_long_tables_are_held_a_session_at_a_time(study: StudyRecordings, name: str) -> None:
     """Going through a long table never keeps more than one session's part of it."""
