@@ -122,7 +122,7 @@ def find_boundary(loaded: LoadedProtocol, participant: str, folder: Path) -> Bou
         raise StudyError(
             f"{loaded.path} is not the protocol that the session began with: its SHA-256 is "
             f"{loaded.sha256}, recorded in {recording.path.name} is {opened.protocol_sha256}",
-            "Give the file as it was; it is inside the recording as protocol.toml.",
+            f"Give the file as it was: `study protocol {recording.path}` writes it anew.",
         )
     return restore(recording)
 

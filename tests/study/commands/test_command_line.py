@@ -107,6 +107,16 @@ def test_replay_verifies(recording: Path) -> None:
     assert "largest difference of a state 0" in done.stdout
 
 
+def test_the_protocol_is_got_out_of_a_recording(recording: Path, tmp_path: Path) -> None:
+    """Byte for byte the file that the session began with; nothing is overwritten."""
+    out = tmp_path / "out.toml"
+    done = study("protocol", recording, "-o", out)
+    assert done.returncode == 0, done.stderr
+    assert out.read_bytes() == load_protocol("smoke").text.encode()
+    assert study("protocol", recording, "-o", out).returncode == 2
+    assert study("protocol", tmp_path / "none.mcap").returncode == 2
+
+
 def test_replay_takes_several(recording: Path, tmp_path: Path) -> None:
     """Several recordings at once, each once; one that differs decides the exit status."""
     again = Path(shutil.copy(recording, tmp_path / "again.mcap"))
