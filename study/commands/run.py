@@ -109,7 +109,10 @@ def run(
         errors.print("[yellow]No recording: the participant declined, or had it erased.[/]")
         raise typer.Exit(3)
     if not complete:
-        errors.print("[yellow]The session was ended early; the recording holds what there was.[/]")
+        errors.print(
+            "[yellow]The session was ended early; the recording holds what there was.[/] "
+            "To go on where it broke off, say the same with --resume."
+        )
         raise typer.Exit(3)
 
 
