@@ -16,9 +16,12 @@ _CONSEQUENCES = {"fit_failed": _WITHOUT_A_FIT, "fit_timed_out": _WITHOUT_A_FIT}
 
 
 def tell_deviations(numbered: Sequence[tuple[int, Event]]) -> None:
-    """Print the deviations among events; a watcher of `Conductor`."""
+    """Print the deviations among events; a watcher of `Conductor`.
+
+    An early end is not among them: the command says it when all is closed.
+    """
     for _, event in numbered:
-        if isinstance(event, Deviation):
+        if isinstance(event, Deviation) and event.code != "ended_early":
             minutes, seconds = divmod(event.t_ns // 1_000_000_000, 60)
             errors.print(
                 f"[yellow]Deviation[/] at {minutes}:{seconds:02}: {escape(event.code)}, "
