@@ -60,15 +60,19 @@ def cost(robots: int, count: int, folder: Path) -> None:
 
 
 def stall(robots: int, seconds: float, folder: Path) -> None:
-    """Print how long the call stands still at the rate of a session, and a loop without it."""
+    """Print how long the call stands still at the rate of a session, and a loop without it.
+
+    As in a session, each record is made the moment before it is written.
+    """
     count = int(seconds * RATE)
-    records = list(timesteps(robots, count))
+    records = timesteps(robots, count)
     recorder = Recorder.start(folder, f"stall_{robots}", {}, {})
     durations: dict[str, list[float]] = {"ours": [], "bare": []}
     due = time.perf_counter()
-    for record in records:
+    for _ in range(count):
         due += 1 / RATE
         time.sleep(max(0.0, due - time.perf_counter()))
+        record = next(records)
         begun = time.perf_counter()
         durations["bare"].append(time.perf_counter() - begun)
         begun = time.perf_counter()
