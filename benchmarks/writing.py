@@ -30,8 +30,8 @@ def process_seconds(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / 100
 
 
-def cost(robots: int, count: int, folder: Path) -> None:
-    """Print the processor time of one timestep, ours and naive."""
+def cost(robots: int, count: int, folder: Path) -> float:
+    """Print the processor time of one timestep, ours and naive; return ours, s."""
     records = list(timesteps(robots, count))
     recorder = Recorder.start(folder, f"cost_{robots}", {}, {})
     writer, channel = json_writer(io.BytesIO())
@@ -57,32 +57,56 @@ def cost(robots: int, count: int, folder: Path) -> None:
         f"ratio {best_naive / best_ours:6.1f}   (medians: ratio "
         f"{np.median(naive) / np.median(ours):.1f}; writer process {beside * 1e6:.0f} us)"
     )
+    return best_ours
 
 
-def stall(robots: int, seconds: float, folder: Path) -> None:
+def plain(rounds: int) -> None:
+    """Do some work that is not recording: small objects made and thrown away."""
+    for number in range(rounds):
+        {str(number): [number, number * 2]}
+
+
+def rounds_of(seconds: float) -> int:
+    """Return for how many rounds `plain` takes that long in a loop that never sleeps."""
+    begun = time.perf_counter()
+    plain(100_000)
+    return max(1, round(100_000 * seconds / (time.perf_counter() - begun)))
+
+
+def stall(robots: int, seconds: float, folder: Path, busy_s: float) -> None:
     """Print how long the call stands still at the rate of a session, and a loop without it.
 
-    As in a session, each record is made the moment before it is written.
+    As in a session, each record is made the moment before it is written. A processor that was
+    asleep does anything more slowly at first; how much shows in plain Python of as much work,
+    ``busy_s`` seconds of it where nothing sleeps, at the same place of the same loop.
     """
+    rounds = rounds_of(busy_s)
     count = int(seconds * RATE)
     records = timesteps(robots, count)
     recorder = Recorder.start(folder, f"stall_{robots}", {}, {})
-    durations: dict[str, list[float]] = {"ours": [], "bare": []}
+    durations: dict[str, list[float]] = {"ours": [], "plain": [], "bare": []}
     due = time.perf_counter()
-    for _ in range(count):
+    for number in range(count):
         due += 1 / RATE
         time.sleep(max(0.0, due - time.perf_counter()))
         record = next(records)
         begun = time.perf_counter()
         durations["bare"].append(time.perf_counter() - begun)
+        # In turn, so that neither finds the processor warmed by the other.
         begun = time.perf_counter()
-        recorder.write(record, START_NS + record.t_ns)
-        durations["ours"].append(time.perf_counter() - begun)
+        if number % 2:
+            plain(rounds)
+            durations["plain"].append(time.perf_counter() - begun)
+            recorder.write(record, START_NS + record.t_ns)
+        else:
+            recorder.write(record, START_NS + record.t_ns)
+            durations["ours"].append(time.perf_counter() - begun)
     recorder.close()
     for name, values in durations.items():
         p50, p99, most = np.percentile(values, [50, 99, 100]) * 1e3
         print(
-            f"n={robots:5d}  {name}  median {p50:.4f} ms   p99 {p99:.4f} ms   longest {most:.3f} ms"
+            f"n={robots:5d}  {name:5s}  median {p50:.4f} ms   p99 {p99:.4f} ms   "
+            f"longest {most:.3f} ms"
         )
 
 
@@ -93,11 +117,13 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         print("Processor time of one timestep:")
-        cost(12, 200 if quick else 1000, folder)
-        cost(1000, 10 if quick else 50, folder)
+        busy = {
+            12: cost(12, 200 if quick else 1000, folder),
+            1000: cost(1000, 10 if quick else 50, folder),
+        }
         print("Standing still, disk synced every half second:")
-        for robots in (12, 1000):
-            stall(robots, 3 if quick else 30, folder)
+        for robots, busy_s in busy.items():
+            stall(robots, 3 if quick else 40, folder, busy_s)
 
 
 if __name__ == "__main__":
