@@ -160,6 +160,8 @@ def short(folder: Path) -> str:
             (f"[[conditions]]{rest.split('[phase_four]')[0]}", ""),
             ('order = "latin_square"', 'order = "ab_ba"'),
             ("trial_timesteps = 40", "trial_timesteps = 25"),
+            ("attempts = 2", "attempts = 1"),
+            ("episodes = 2", "episodes = 1"),
             ("trials = 2\ntrial_timesteps = 30", "trials = 1\ntrial_timesteps = 25"),
             ('"nasa_tlx"\nwhen = ["before_reveal"]', '"nasa_tlx"\nwhen = ["at_start"]'),
             base="every_screen",

@@ -25,6 +25,8 @@ from x11_driver import Hands
 
 SIZE = (1280, 960)
 AGE, WORDS = "27", "fine"
+CHECK = "Is everything clear?"
+"""Title of the comprehension check, whose first attempt is to fail."""
 
 
 class SeatedParticipant:
@@ -130,8 +132,10 @@ class SeatedParticipant:
     def _operate(self, screen: FleetScreen) -> None:
         if screen.allocation in ("manual", "suggested") and screen.robots > 1:
             self._choose(screen)
+        # After the first practice comes the check: a key too late must not answer it.
+        turns = ["left", "right"] if screen.trials else []
         self._hands.tap(
-            self._random.choice(["up", "up", "up", "left", "right", "down"]),
+            self._random.choice(["up", "up", "up", "down", *turns]),
             hold_s=self._random.choice([0.02, 0.15, 0.3]),
         )
 
@@ -150,15 +154,27 @@ class SeatedParticipant:
         self._hands.tap((other, number)[way % 2])
 
     def _answer(self, screen: SurveyScreen) -> None:
-        """Answer one question, or confirm the page."""
+        """Answer what is open on the page, from the focus on, or confirm it."""
         if screen.complete and self._written(screen):
             self._press(screen, "return", "confirm")
         elif self._mouse:
-            self._click_answer(screen)
-        elif screen.focus == len(screen.items) or self._answered(screen.items[screen.focus]):
-            self._hands.tap("tab")
+            for item in screen.items:
+                if item.value is None:
+                    self._click_answer(screen, item)
         else:
-            self._type_answer(screen, screen.items[screen.focus])
+            self._type_answers(screen)
+
+    def _type_answers(self, screen: SurveyScreen) -> None:
+        """Answer one question; or all, if none is answered and the first has the focus."""
+        focused = screen.items[screen.focus : screen.focus + 1]
+        if not focused or self._answered(focused[0]):
+            # The last key that drove may have come too late, and moved the focus or answered.
+            self._hands.tap("tab")
+            return
+        untouched = screen.focus == 0 and not any(map(self._answered, screen.items))
+        for item in screen.items if untouched else focused:
+            # A short answer moves the focus on by itself, to the next open question.
+            self._type_answer(screen, item)
 
     def _written(self, screen: SurveyScreen) -> bool:
         """Whether free texts, which may stay empty, are as they are to be."""
@@ -169,8 +185,8 @@ class SeatedParticipant:
         return item.typed == WORDS if item.kind == "text" else item.value is not None
 
     def _wanted(self, screen: SurveyScreen, item: SurveyItem) -> int:
-        """Return an answer; the first comprehension check is to fail."""
-        if screen.title == "Is everything clear?":
+        """Return an answer to choose."""
+        if screen.title == CHECK:
             self._misunderstood, before = True, self._misunderstood
             return 1 if before else 2
         return self._random.randrange(item.low, item.high + 1, item.step)
@@ -180,7 +196,7 @@ class SeatedParticipant:
             for sign in WORDS if item.kind == "text" else AGE:
                 self._hands.tap(sign)
             self._hands.tap("tab")
-        elif item.high > 9 or self._random.random() < 0.3:
+        elif item.high > 9 or (screen.title != CHECK and self._random.random() < 0.3):
             # Arrows alone: the first answers in the middle.
             for _ in range(self._random.randint(1, 3)):
                 self._hands.tap(self._random.choice(["left", "right"]))
@@ -188,11 +204,10 @@ class SeatedParticipant:
         else:
             self._hands.tap(str(self._wanted(screen, item)))
 
-    def _click_answer(self, screen: SurveyScreen) -> None:
-        item = next(item for item in screen.items if item.value is None)
+    def _click_answer(self, screen: SurveyScreen, item: SurveyItem) -> None:
         if item.kind == "number":
             for digit in AGE:
                 self._hands.click(*self._aim.at(screen, f"digit:{item.item}:{digit}"))
-        else:
+        elif item.kind != "text":
             target = f"answer:{item.item}:{self._wanted(screen, item)}"
             self._hands.click(*self._aim.at(screen, target))
