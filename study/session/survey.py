@@ -102,6 +102,8 @@ class Form(QuietStage):
             if item.id != name:
                 continue
             self._focus = focus
+            if item.kind == "number" and kind in ("digit", "delete"):
+                self._number_key(kind, value, t_ns, out)
             answers = kind == "answer" and item.kind != "number"
             if not (answers and value.isascii() and value.isdecimal() and len(value) < 7):
                 continue
@@ -109,6 +111,14 @@ class Form(QuietStage):
                 changed = self._answers.set(place, int(value), t_ns)
                 self._note(place, t_ns, out, changed=changed)
         return False
+
+    def _number_key(self, kind: str, digit: str, t_ns: int, out: Outbox) -> None:
+        """Take in a click on a digit drawn beside a number, or on the key that deletes the last."""
+        place = self._focused
+        if kind == "delete":
+            self._note(place, t_ns, out, changed=self._answers.delete(place, t_ns))
+        elif len(digit) == 1 and digit.isascii() and digit.isdecimal():
+            self._note(place, t_ns, out, changed=self._answers.digit(place, int(digit), t_ns))
 
     def _note(self, place: int, t_ns: int, out: Outbox, *, changed: bool) -> None:
         """Record a change of an answer."""

@@ -11,10 +11,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from onlooker import Aim, Onlooker
 from patience import PATIENCE_S
+from seated_participant import SIZE, SeatedParticipant
 from study.events.events import SessionStarted
 from study.events.participant_events import ConsentGiven
+from study.loading import load_protocol
 from study.recording.reader import read_recording
+from study.screens import PauseScreen
 from x11_driver import Hands, x_server
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -86,6 +90,36 @@ def test_a_recording_opens_with_consent_and_can_be_erased(tmp_path: Path) -> Non
         assert study.wait(PATIENCE_S) == 3
     (left,) = folder.iterdir()
     assert json.loads(left.read_text()) == {"every_screen": {"declined": 0, "erased": 1}}
+
+
+def test_the_mouse_alone_agrees_and_has_all_erased(tmp_path: Path) -> None:
+    """Only the pause itself is asked for by a key; both questions of erasing are clicked."""
+    folder = tmp_path / "recordings"
+    with seated(folder) as (hands, study):
+        onlooker = Onlooker(folder)
+        participant = SeatedParticipant(hands, onlooker, study, mouse=True)
+        participant.agree(load_protocol("every_screen"))
+        hands.tap("escape")
+        for asked in (False, True):
+            hands.click(*Aim(SIZE).at(paused(onlooker, asked=asked), "erase"))
+        assert study.wait(PATIENCE_S) == 3
+    (left,) = folder.iterdir()
+    assert json.loads(left.read_text()) == {"every_screen": {"declined": 0, "erased": 1}}
+
+
+def paused(onlooker: Onlooker, *, asked: bool) -> PauseScreen:
+    """Wait for a pause that asks, or does not yet ask, if erasing is meant; return it."""
+
+    def seen() -> bool:
+        screen = onlooker.look()
+        return isinstance(screen, PauseScreen) and screen.confirm_erase == asked
+
+    until(seen)
+    # The picture follows within a frame.
+    time.sleep(0.3)
+    screen = onlooker.look()
+    assert isinstance(screen, PauseScreen)
+    return screen
 
 
 def consented(path: Path) -> bool:

@@ -13,6 +13,7 @@ import pytest
 from Xlib import XK, X
 from Xlib.display import Display
 from Xlib.ext import xtest
+from Xlib.xobject.drawable import Window
 
 from patience import PATIENCE_S
 
@@ -63,13 +64,14 @@ def x_server(width: int = 1280, height: int = 960) -> Iterator[str]:
 
 
 class Hands:
-    """Presses keys and buttons; remembers every key event sent, in order."""
+    """Presses keys and buttons; remembers every key event and click sent, in order."""
 
     def __init__(self, display: str) -> None:
         self._display = Display(display)
         self.sent: list[tuple[str, bool]] = []
+        self.clicked: list[tuple[int, int]] = []
 
-    def wait_for_window(self, timeout_s: float = PATIENCE_S) -> None:
+    def wait_for_window(self, timeout_s: float = PATIENCE_S) -> Window:
         """Wait until a window is mapped, and give it the keyboard."""
         deadline = time.monotonic() + timeout_s
         root = self._display.screen().root
@@ -79,9 +81,26 @@ class Hands:
                 if attributes.map_state == X.IsViewable and window.get_geometry().width > 200:
                     window.set_input_focus(X.RevertToPointerRoot, X.CurrentTime)
                     self._display.sync()
-                    return
+                    return window
             time.sleep(0.05)
         raise AssertionError("no window appeared")
+
+    def resize(self, width: int, height: int) -> None:
+        """Give the window another size, from the screen's corner on, as a window manager does."""
+        self.wait_for_window().configure(x=0, y=0, width=width, height=height)
+        self._display.sync()
+
+    def minimise(self) -> Window:
+        """Take the window off the screen, as a window manager does; return it."""
+        window = self.wait_for_window()
+        window.unmap()
+        self._display.sync()
+        return window
+
+    def restore(self, window: Window) -> None:
+        """Put a minimised window back and give it the keyboard."""
+        window.map()
+        self.wait_for_window()
 
     def key(self, name: str, *, down: bool) -> None:
         """Send one key event."""
@@ -107,6 +126,7 @@ class Hands:
         for kind in (X.ButtonPress, X.ButtonRelease):
             xtest.fake_input(self._display, kind, 1)
         self._display.sync()
+        self.clicked.append((x, y))
 
     def close(self) -> None:
         """Let go of the server."""

@@ -11,6 +11,9 @@ from study.shell.drawing.canvas import Canvas
 MOST_NUMBERED = 11
 """Answers of a scale that are drawn as numbered boxes; a longer one is a ruler."""
 
+NUMBER_KEYS = (*"1234567890", "delete")
+"""What is drawn beside a number, so that the mouse alone can enter it."""
+
 
 def values(item: SurveyItem) -> range:
     """Return the answers that stand side by side, from the lowest; what is typed is one."""
@@ -38,6 +41,26 @@ def box_width(item: SurveyItem, pitch: float, usual: int) -> int:
     return min(usual, round(pitch * 0.74)) if is_plain(item) else max(3, round(pitch))
 
 
+def number_boxes(canvas: Canvas, row: pygame.Rect) -> tuple[pygame.Rect, ...]:
+    """Return the place of a number and of the keys to its right, pixels."""
+    field = pygame.Rect(row.topleft, (round(row.width * 0.28), row.height))
+    left, gap = field.right + canvas.u(16), canvas.u(8)
+    pitch = (row.right + gap - left) / len(NUMBER_KEYS)
+    keys = (
+        pygame.Rect(round(left + place * pitch), row.top, round(pitch) - gap, row.height)
+        for place in range(len(NUMBER_KEYS))
+    )
+    return (field, *keys)
+
+
+def number_targets(item: SurveyItem) -> list[str]:
+    """Return what the keys beside a number are, from the left."""
+    return [
+        f"delete:{item.item}" if key == "delete" else f"digit:{item.item}:{key}"
+        for key in NUMBER_KEYS
+    ]
+
+
 def draw(
     canvas: Canvas, item: SurveyItem, boxes: tuple[pygame.Rect, ...], *, focused: bool
 ) -> None:
@@ -49,6 +72,8 @@ def draw(
             _draw_option(canvas, option, box, number, chosen=item.value == number)
     else:
         _draw_typed(canvas, item, boxes[0], focused=focused)
+        for key, box in zip(NUMBER_KEYS, boxes[1:], strict=False):
+            _draw_number_key(canvas, key, box)
 
 
 def status(canvas: Canvas, item: SurveyItem, *, focused: bool) -> str:
@@ -122,3 +147,15 @@ def _draw_typed(canvas: Canvas, item: SurveyItem, box: pygame.Rect, *, focused: 
     if focused:
         x = drawn.right + u(3) if shown else box.left + u(16)
         canvas.surface.fill(palette.BLUE_DARK, (x, box.centery - u(14), max(2, u(2)), u(28)))
+
+
+def _draw_number_key(canvas: Canvas, key: str, box: pygame.Rect) -> None:
+    u = canvas.u
+    canvas.box(box, u(8), palette.CARD, palette.EDGE, u(2))
+    size = min(u(24), box.height * 0.5)
+    if key == "delete":
+        marks.arrow(
+            canvas, box.centerx, box.centery, size, "left", palette.INK, max(1.6, size * 0.1)
+        )
+        return
+    canvas.write(key, box.centerx, box.centery, size, weight="semibold", align="centre")

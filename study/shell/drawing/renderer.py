@@ -166,8 +166,8 @@ class Renderer:
         """Return what a click at (x, y), pixels, hits.
 
         Returns:
-            "robot:3" (index from 0), "answer:q1:5", "focus:q1", "confirm", "back", "continue",
-            "stop", "erase", "agree", "decline", or "" for nothing.
+            "robot:3" (index from 0), "answer:q1:5", "focus:q1", "digit:age:5", "delete:age",
+            "confirm", "back", "continue", "stop", "erase", "agree", "decline", or "" for nothing.
         """
         for target, place in reversed(self.targets(screen)):
             if place.collidepoint(x, y):

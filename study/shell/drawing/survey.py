@@ -26,7 +26,7 @@ class CardPlace:
     Attributes:
         card: the whole question.
         question: its sentence.
-        boxes: one an answer, from the lowest.
+        boxes: one an answer, from the lowest; of a number its field, then the keys beside it.
         labels: middle of the first line of the words under the boxes.
         status: middle of the line that says what was answered.
     """
@@ -78,7 +78,7 @@ def _card_place(canvas: Canvas, item: SurveyItem, card: pygame.Rect) -> CardPlac
             card.left + u(40), card.top + round(u(20) * share), card.width - 2 * u(40),
             round(u(50) * share),
         ),
-        boxes=boxes,
+        boxes=answers.number_boxes(canvas, row) if item.kind == "number" else boxes,
         labels=card.top + round(u(208) * share),
         status=card.top + round(u(250) * share),
     )  # fmt: skip
@@ -94,6 +94,8 @@ def targets(canvas: Canvas, screen: SurveyScreen) -> list[tuple[str, pygame.Rect
     found: list[tuple[str, pygame.Rect]] = []
     for item, place in zip(screen.items, card_places(canvas, screen), strict=True):
         found.append((f"focus:{item.item}", place.card))
+        if item.kind == "number":
+            found += zip(answers.number_targets(item), place.boxes[1:], strict=True)
         if answers.is_typed(item):
             continue
         found += [

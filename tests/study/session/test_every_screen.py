@@ -227,6 +227,23 @@ def test_a_number_is_typed_within_its_range(every_screen: LoadedProtocol) -> Non
     assert answers[-1] == 19
 
 
+def test_a_number_is_entered_by_mouse_alone(every_screen: LoadedProtocol) -> None:
+    """The digits beside it are clicked, and the last is deleted; what is no digit does nothing."""
+    shell = FakeShell(opened(every_screen, order=ORDER))
+    at(shell, SurveyScreen, "About you")
+    for target, expected in (
+        ("digit:age:3", ("3", None)), ("digit:age:1", ("31", 31)), ("delete:age", ("3", None)),
+        ("digit:age:12", ("3", None)), ("digit:age:", ("3", None)), ("digit:age:x", ("3", None)),
+        ("digit:games:1", ("3", None)), ("answer:age:40", ("3", None)), ("digit:age:4", ("34", 34)),
+    ):  # fmt: skip
+        shell.point(target)
+        assert isinstance(shell.screen, SurveyScreen)
+        assert (shell.screen.items[0].typed, shell.screen.items[0].value) == expected
+        assert shell.screen.items[1].value is None
+    assert [e.value for e in shell.events if isinstance(e, AnswerChanged)] == [31, -1, 34]
+    assert replayed(shell.inputs) == shell.log
+
+
 def test_words_are_typed_changed_and_recorded(every_screen: LoadedProtocol) -> None:
     """Letters that are keys elsewhere are only letters here."""
     shell = FakeShell(opened(every_screen, order=ORDER))

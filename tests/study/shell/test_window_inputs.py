@@ -222,6 +222,8 @@ def test_what_is_clicked_on_the_new_screens(window: Window) -> None:
         "decline": samples.consent(),
         "answer:games:3": samples.about_you(),
         "focus:age": samples.about_you(),
+        "digit:age:7": samples.about_you(),
+        "delete:age": samples.about_you(),
         "answer:mental:55": samples.load_index(),
         "erase": samples.samples()["pause_erase"],
         "confirm": samples.samples()["break_may"],
