@@ -237,7 +237,8 @@ def choose_sessions(
     """Keep one session a participant: the first complete one, or else the longest.
 
     Raises:
-        StudyError: there is no session, or protocols differ and ``pool`` is false.
+        StudyError: there is no session, or ``pool`` is false and protocols differ or people and
+            simulated participants are mixed.
     """
     hashes = {session.opened.protocol_sha256 for session in sessions}
     if len(hashes) > 1 and not pool:
@@ -245,6 +246,12 @@ def choose_sessions(
             f"these recordings follow {len(hashes)} different protocols:\n"
             + _protocol_lines(sessions),
             "Give the recordings of one protocol, or pool them on purpose with --pool-protocols.",
+        )
+    kinds = {session.opened.operator_kind for session in sessions}
+    if len(kinds) > 1 and not pool:
+        raise StudyError(
+            f"these recordings are of {' and '.join(sorted(map(_kind_in_words, kinds)))}",
+            "Give the recordings of one kind, or pool them on purpose with --pool-protocols.",
         )
     aside = list(set_aside)
     by_participant: dict[str, list[Session]] = {}
@@ -292,6 +299,10 @@ def _preference(session: Session) -> tuple[bool, int, str, str]:
     opened = session.opened
     length = 0 if session.complete else -len(session.trial_ends)
     return (not session.complete, length, opened.started_utc, session.file)
+
+
+def _kind_in_words(kind: str) -> str:
+    return "simulated participants" if kind == "simulated" else "persons"
 
 
 def _protocol_lines(sessions: Sequence[Session]) -> str:

@@ -26,7 +26,11 @@ def export(
         bool, typer.Option("--parquet", help="Also every table as Parquet; needs pyarrow.")
     ] = False,
     pool_protocols: Annotated[
-        bool, typer.Option("--pool-protocols", help="Pool recordings of different protocols.")
+        bool,
+        typer.Option(
+            "--pool-protocols",
+            help="Pool different protocols, or people and simulated participants.",
+        ),
     ] = False,
 ) -> None:
     """Write a Psych-DS folder, a wide CSV for JASP and jamovi, and Parquet on request."""

@@ -19,7 +19,11 @@ def report(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the report.")],
     *,
     pool_protocols: Annotated[
-        bool, typer.Option("--pool-protocols", help="Pool recordings of different protocols.")
+        bool,
+        typer.Option(
+            "--pool-protocols",
+            help="Pool different protocols, or people and simulated participants.",
+        ),
     ] = False,
 ) -> None:
     """Write report.html and tables/*.csv; a report already there is made anew."""

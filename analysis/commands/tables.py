@@ -24,7 +24,11 @@ def tables(
         ),
     ] = False,
     pool_protocols: Annotated[
-        bool, typer.Option("--pool-protocols", help="Pool recordings of different protocols.")
+        bool,
+        typer.Option(
+            "--pool-protocols",
+            help="Pool different protocols, or people and simulated participants.",
+        ),
     ] = False,
 ) -> None:
     """Write every table as CSV; tables already there are made anew."""

@@ -10,6 +10,7 @@ from scipy import stats
 
 from analysis.figures.svg import Drawing, Scale, panel_title, vertical_axis
 from analysis.statistics.cells import Cells
+from analysis.statistics.pairs import SMALLEST_N
 from analysis.statistics.result import Interval
 
 HEIGHT = 372.0
@@ -40,7 +41,7 @@ def paired_means(
         measure: title of panel a.
         unit: unit and what is averaged.
     """
-    title = f"{measure} of {cells.n} participants under {' and '.join(labels)}, joined; differences"
+    title = f"{measure} of {_people(cells)} under {' and '.join(labels)}, joined; differences"
     drawing = Drawing(name, WIDTH, HEIGHT, title)
     panel_title(drawing, 0, "a", measure, unit)
     _means(drawing, cells, labels, hints)
@@ -54,7 +55,7 @@ def paired_means(
 def _means(drawing: Drawing, cells: Cells, labels: Sequence[str], hints: Sequence[str]) -> None:
     left, right = 42.0, SPLIT - 75
     intervals = [mean_interval(column) for column in cells.means.T]
-    reach = [bound for i in intervals for bound in (i.low, i.high)]
+    reach = [bound for i in intervals for bound in (i.low, i.high) if inferred(cells)]
     scale = Scale([*cells.means.ravel(), *reach], BOTTOM, TOP)
     vertical_axis(drawing, scale, left, right)
     k = len(labels)
@@ -78,9 +79,9 @@ def _means(drawing: Drawing, cells: Cells, labels: Sequence[str], hints: Sequenc
     for place, (x, interval) in enumerate(zip(xs, intervals, strict=True)):
         mean = float(np.mean(cells.means[:, place]))
         side = -22.0 if place == 0 else 52.0
-        drawing.line(
-            (x + side, scale(interval.low)), (x + side, scale(interval.high)), f"s-c{place} thick"
-        )
+        if inferred(cells):
+            low, high = (x + side, scale(interval.low)), (x + side, scale(interval.high))
+            drawing.line(low, high, f"s-c{place} thick")
         drawing.circle((x + side, scale(mean)), 5, f"f-c{place} s-paper")
         anchor = "end" if place == 0 else "start"
         shift = -9.0 if place == 0 else 9.0
@@ -94,7 +95,7 @@ def _differences(drawing: Drawing, cells: Cells, labels: Sequence[str]) -> None:
     left, right = SPLIT + 22, WIDTH
     differences = cells.means[:, 1:] - cells.means[:, :1]
     intervals = [mean_interval(column) for column in differences.T]
-    reach = [bound for i in intervals for bound in (i.low, i.high)]
+    reach = [bound for i in intervals for bound in (i.low, i.high) if inferred(cells)]
     scale = Scale([*differences.ravel(), *reach], BOTTOM, TOP, zero=True)
     vertical_axis(drawing, scale, left, right, signed=True)
     drawing.line((left, scale(0)), (right, scale(0)), "s-ink")
@@ -108,7 +109,8 @@ def _differences(drawing: Drawing, cells: Cells, labels: Sequence[str]) -> None:
             drawing.circle((middle + shift, scale(value)), 3.6, "f-soft s-paper")
         x = left + slot * (place + 0.62)
         mean = float(np.mean(values))
-        drawing.line((x, scale(interval.low)), (x, scale(interval.high)), "s-ink thick")
+        if inferred(cells):
+            drawing.line((x, scale(interval.low)), (x, scale(interval.high)), "s-ink thick")
         drawing.line((x - 7, scale(mean)), (x + 7, scale(mean)), "s-ink thick")
         # The ends of a narrow interval make room for the mean between them.
         marks = [
@@ -116,12 +118,22 @@ def _differences(drawing: Drawing, cells: Cells, labels: Sequence[str]) -> None:
             (scale(mean), mean, "bold"),
             (max(scale(interval.low), scale(mean) + LINE), interval.low, ""),
         ]
-        for y, value, weight in marks:
+        for y, value, weight in marks if inferred(cells) else marks[1:2]:
             text = scale.label(0) if round(value, 1) == 0 else f"{value:+.1f}".replace("-", "−")
             drawing.text((x + 14, y + 4), text, f"f-ink {weight}", size=11.5)
-        who = f"{cells.n} participants" if columns == 1 else labels[place + 1]
+        who = _people(cells) if columns == 1 else labels[place + 1]
         drawing.text((middle, BOTTOM + 24), who, "f-ink bold", "middle", 12)
-        drawing.text((x + 8, BOTTOM + 24), "Mean, 95% CI", "f-ink bold", "middle", 12)
+        shown = "Mean, 95% CI" if inferred(cells) else "Mean"
+        drawing.text((x + 8, BOTTOM + 24), shown, "f-ink bold", "middle", 12)
+
+
+def inferred(cells: Cells) -> bool:
+    """Whether intervals are drawn: not of so few participants that every test is refused."""
+    return cells.n >= SMALLEST_N
+
+
+def _people(cells: Cells) -> str:
+    return f"{cells.n} participant{'' if cells.n == 1 else 's'}"
 
 
 def mean_interval(values: Sequence[float] | np.ndarray) -> Interval:

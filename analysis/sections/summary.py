@@ -175,7 +175,7 @@ def tiles(results: StudyResults) -> list[Tile]:
             "",
             "participants left out",
             not excluded,
-            f"by {counted(len(facts.exclusions), 'rule')}" if not excluded else "named below",
+            f"{counted(len(facts.exclusions), 'rule')} applied" if not excluded else "named below",
             "quality",
         ),
         Tile(

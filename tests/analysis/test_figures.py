@@ -200,3 +200,12 @@ def test_ends_of_a_narrow_interval_leave_room_for_the_mean() -> None:
     ]
     assert len(lines) == 3
     assert min(b - a for a, b in itertools.pairwise(sorted(lines))) > 12
+
+
+@pytest.mark.parametrize(("people", "drawn"), [(2, False), (3, True)])
+def test_no_interval_is_drawn_where_every_test_is_refused(people: int, drawn: bool) -> None:
+    """Two participants have a mean, but no interval that somebody could take for a result."""
+    means = np.array([[1.0, 2.0], [2.0, 2.5], [1.5, 3.0]])[:people]
+    cells = Cells(("a", "b", "c")[:people], ("x", "y"), means, np.ones((people, 2), dtype=np.int64))
+    page = paired_means("t", cells, ("X", "Y"), ("", ""), measure="M", unit="points").markup()
+    assert ("95% CI" in page) == drawn

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import shutil
 import subprocess
 import sys
@@ -11,7 +12,7 @@ import pytest
 
 from analysis.measures import analysed_data
 from analysis.protocol_facts import protocol_facts
-from analysis.recordings import StudyRecordings, load_recordings
+from analysis.recordings import StudyRecordings, choose_sessions, load_recordings
 from analysis.tables.study_tables import StudyTables
 from study.errors import StudyError
 from study.recording.client import Recorder
@@ -116,3 +117,16 @@ def test_unfinished_files_of_a_folder_are_read_unless_they_are_written(tmp_path:
     assert [(item.file, item.reason) for item in found.set_aside] == [
         ("session_09.mcap.part", "it is still being written")
     ]
+
+
+def test_people_and_simulated_participants_are_pooled_only_on_request(
+    study: StudyRecordings,
+) -> None:
+    """A test over both would say nothing of either."""
+    simulated, other = study.sessions[:2]
+    person = dataclasses.replace(
+        other, opened=dataclasses.replace(other.opened, operator_kind="person")
+    )
+    with pytest.raises(StudyError, match="persons and simulated participants"):
+        choose_sessions([simulated, person])
+    assert len(choose_sessions([simulated, person], pool=True).sessions) == 2
