@@ -42,7 +42,7 @@ class Session:
         damaged_trials: ids of fleet runs of which records are missing.
         unknown_trials: how many timesteps are left out of each fleet run whose beginning is
             missing, by trial id.
-        files: each file of the session and its SHA-256, in order.
+        parts: the files of the session, in order.
         left_out_trials: fleet runs broken off by a crash, which a resume went back behind; they
             are in none of the data here.
     """
@@ -57,8 +57,14 @@ class Session:
     trial_ends: Mapping[int, TrialEnded]
     damaged_trials: tuple[int, ...] = ()
     unknown_trials: Mapping[int, int] = dataclasses.field(default_factory=dict)
-    files: tuple[tuple[str, str], ...] = ()
+    parts: tuple[Recording, ...] = ()
     left_out_trials: int = 0
+
+    @property
+    def files(self) -> tuple[tuple[str, str], ...]:
+        """Each file of the session and its SHA-256, hexadecimal, in order."""
+        named = tuple((part.path.name, part.sha256) for part in self.parts)
+        return named or ((self.file, self.recording.sha256),)
 
     @property
     def complete(self) -> bool:
@@ -171,7 +177,7 @@ def load_recordings(paths: Sequence[Path], *, pool: bool = False) -> StudyRecord
             sessions.append(
                 dataclasses.replace(
                     session,
-                    files=tuple((part.path.name, part.sha256) for part in joined.parts),
+                    parts=joined.parts,
                     left_out_trials=joined.left_out_trials,
                 )
             )

@@ -12,6 +12,7 @@ from markupsafe import Markup
 
 from analysis import formatting
 from analysis.environment import analysis_files, digest
+from analysis.figures.paired_means import inferred
 from analysis.plan_status import plan_status
 from analysis.results import StudyResults
 from analysis.sections import (
@@ -109,6 +110,7 @@ def _context(results: StudyResults) -> dict[str, Any]:
         "recorded": summary.recorded(results),
         "tiles": summary.tiles(results),
         "reward_figure": reward.figure(results),
+        "reward_intervals": inferred(results.cells),
         "curves": reward.curves(results),
         "plan": plan,
         "forest": reward.forest_figure(results),

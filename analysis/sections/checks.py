@@ -9,9 +9,7 @@ from analysis.figures.svg import Drawing
 from analysis.formatting import listed
 from analysis.results import StudyResults
 from analysis.statistics.leave_one_out import LeaveOneOut
-from analysis.statistics.result import Check, EffectResult, Interval
-
-ALPHA = 0.05
+from analysis.statistics.result import ALPHA, Check, EffectResult, Interval
 
 
 def figure(results: StudyResults) -> Drawing | None:

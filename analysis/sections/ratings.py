@@ -7,9 +7,7 @@ from analysis.figures.svg import Drawing
 from analysis.formatting import listed, number
 from analysis.results import StudyResults
 from analysis.statistics.likert import LikertRow
-from analysis.statistics.result import EffectResult, Refusal
-
-ALPHA = 0.05
+from analysis.statistics.result import ALPHA, EffectResult, Refusal
 
 
 def label(row: LikertRow) -> str:

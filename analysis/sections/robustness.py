@@ -8,9 +8,8 @@ from analysis.statistics.bayes_factor import BayesFactor
 from analysis.statistics.crossover import Crossover
 from analysis.statistics.latin_square import LatinSquare
 from analysis.statistics.leave_one_out import LeaveOneOut
-from analysis.statistics.result import EffectResult, Refusal
+from analysis.statistics.result import ALPHA, EffectResult, Refusal
 
-ALPHA = 0.05
 LARGEST_SHOWN = 1e6
 
 

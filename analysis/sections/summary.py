@@ -17,9 +17,7 @@ from analysis.formatting import (
     number,
 )
 from analysis.results import StudyResults
-from analysis.statistics.result import EffectResult, Refusal
-
-ALPHA = 0.05
+from analysis.statistics.result import ALPHA, EffectResult, Refusal
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

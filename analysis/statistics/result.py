@@ -25,6 +25,9 @@ from __future__ import annotations
 import dataclasses
 from typing import Literal
 
+ALPHA = 0.05
+"""Below this p, words say that something differs."""
+
 Role = Literal["primary", "sensitivity", "comparison"]
 
 

@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
+from study.commands.whole_file import replace_text
 from study.errors import StudyError
 from study.loading import LoadedProtocol
 from study.messages import messages_for
@@ -78,9 +79,7 @@ def count(folder: Path, study: str, what: Literal["declined", "erased"]) -> None
         counts = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
         of_study = counts.setdefault(study, {"declined": 0, "erased": 0})
         of_study[what] += 1
-        fresh = path.with_suffix(".new")
-        fresh.write_text(json.dumps(counts, indent=2, sort_keys=True) + "\n", encoding="utf-8")
-        fresh.replace(path)
+        replace_text(path, json.dumps(counts, indent=2, sort_keys=True) + "\n")
     except OSError as error:
         raise StudyError(f"{path}: cannot be written: {error.strerror}") from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:

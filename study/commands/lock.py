@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import tomllib
 from datetime import UTC, datetime
 from pathlib import Path
@@ -13,6 +12,7 @@ import typer
 from rich.markup import escape
 
 from study.commands.terminal import console
+from study.commands.whole_file import replace_text
 from study.errors import StudyError
 from study.loading import LoadedProtocol, load_protocol
 from study.recording.plan_lock import PlanLock, canonical_rules, lock_path, read_lock
@@ -68,10 +68,8 @@ def make_lock(loaded: LoadedProtocol, locked_utc: str) -> PlanLock:
 
 
 def _write(path: Path, text: str) -> None:
-    part = path.with_name(f".{path.name}.part")
     try:
-        part.write_text(text, encoding="utf-8", newline="\n")
-        os.replace(part, path)  # noqa: PTH105 - Path.replace reads as a change of text
+        replace_text(path, text)
     except OSError as error:
         raise StudyError(
             f"{path} cannot be written: {error.strerror}",

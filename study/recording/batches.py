@@ -125,16 +125,16 @@ def _load(stream: BinaryIO, chunks: ChunkTable, channels: frozenset[int], room: 
     """Read and unpack some chunks, and find their messages."""
     stored, origins = _stored(stream, chunks, room)
     begins = np.cumsum(chunks.size) - chunks.size
-    try:
-        if len(chunks) == 1:
-            data = memoryview(_one_chunk(chunks, stored, origins, 0))
-        else:
+    if len(chunks) == 1:
+        data = memoryview(_one_chunk(chunks, stored, origins, 0))
+    else:
+        try:
             data = room.data(int(chunks.size.sum()))
             unpack_into(data, stored, origins, chunks.length, chunks.size)
-    except DamagedError:
-        # Either this says which of them is damaged, or they are packed in another way.
-        parts = [_one_chunk(chunks, stored, origins, number) for number in range(len(chunks))]
-        data = memoryview(b"".join(parts))
+        except DamagedError:
+            # Either this says which of them is damaged, or they are packed in another way.
+            parts = [_one_chunk(chunks, stored, origins, number) for number in range(len(chunks))]
+            data = memoryview(b"".join(parts))
     if chunks.indexed:
         places = _indexed(stored, origins, chunks, begins, channels)
     else:
