@@ -9,6 +9,7 @@ import numpy as np
 from scipy import stats
 
 from analysis.figures.svg import Drawing, Scale, panel_title, vertical_axis
+from analysis.formatting import number
 from analysis.statistics.cells import Cells
 from analysis.statistics.pairs import SMALLEST_N
 from analysis.statistics.result import Interval
@@ -85,7 +86,7 @@ def _means(drawing: Drawing, cells: Cells, labels: Sequence[str], hints: Sequenc
         drawing.circle((x + side, scale(mean)), 5, f"f-c{place} s-paper")
         anchor = "end" if place == 0 else "start"
         shift = -9.0 if place == 0 else 9.0
-        value = f"{mean:.1f}".replace("-", "−")
+        value = number(mean, 1)
         drawing.text((x + side + shift, scale(mean) + 4), value, f"t-c{place} bold", anchor, 12.5)
         drawing.text((x, BOTTOM + 24), labels[place], f"t-c{place} bold", "middle", 12.5)
         drawing.text((x, BOTTOM + 41), hints[place], "f-quiet", "middle", 11.5)

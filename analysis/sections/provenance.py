@@ -129,6 +129,21 @@ def methods(results: StudyResults, plan: PlanStatus) -> list[str]:
             "(differences of zero dropped), with cumulative-link mixed models beside them, each "
             f"Holm-adjusted over {counted(len(results.ratings), 'row')}."
         )
+    if results.scales:
+        compared = [row for row in results.scales if row.compared]
+        if compared:
+            tests = (
+                "by paired t tests on participants’ scores and by exact Wilcoxon tests"
+                if len(results.labels) == 2
+                else "by repeated-measures ANOVA with Greenhouse and Geisser’s correction"
+            )
+            text.append(
+                f"Scores of instruments were compared {tests}, Holm-adjusted over "
+                f"{counted(len(compared), 'scale')}."
+            )
+        text.append(
+            "Reliability is Cronbach’s alpha under each condition, with Feldt’s 95% interval."
+        )
     if facts.exclusions:
         rules = [
             f"{rule.name} (at least {rule.at_least:g} {rule.measure.replace('_', ' ')})"

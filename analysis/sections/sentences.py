@@ -16,8 +16,11 @@ from analysis.formatting import (
     plain_statistic,
 )
 from analysis.results import StudyResults
+from analysis.sections import scored
 from analysis.sections.ratings import label
+from analysis.statistics.reliability import Reliability
 from analysis.statistics.result import EffectResult, EffectSize
+from analysis.statistics.scale_scores import ScaleRow
 
 _NAMES = {"d_z": "dz", "g_z": "gz", "r_rb": "rank-biserial r", "partial eta squared": "partial η²"}
 _BOUNDED = {"r_rb", "partial eta squared", "generalised eta squared"}
@@ -52,6 +55,11 @@ def sentences(results: StudyResults) -> list[Sentence]:
             adjusted = f", Holm-adjusted {p_text(row.holm_p)}" if row.holm_p is not None else ""
             text = f"{label(row)} ({means}), exact Wilcoxon: {numbers(row.wilcoxon)}{adjusted}."
             found.append((f"Rating {label(row)}", text))
+    found += [
+        (f"Score {scored.full_name(row)}", _score(results, row))
+        for row in results.scales
+        if isinstance(row.f_test, EffectResult)
+    ]
     if isinstance(results.phase_four.test, EffectResult):
         text = f"Policies on their own: {numbers(results.phase_four.test)}."
         found.append(("Phase four", text))
@@ -91,6 +99,19 @@ def _reward(results: StudyResults, test: EffectResult) -> str:
         f"Mean team reward of {people} was compared between {listed(means)} by a {how}, "
         f"{numbers(test)}."
     )
+
+
+def _score(results: StudyResults, row: ScaleRow) -> str:
+    """Write means, test and reliability of a scale."""
+    means = ", ".join(
+        f"{label} M = {number(float(np.mean(np.sort(column))))}"
+        for label, column in zip(results.labels, row.cells.means.T, strict=True)
+    )
+    assert isinstance(row.f_test, EffectResult)  # noqa: S101 - the caller has seen it
+    adjusted = f", Holm-adjusted {p_text(row.holm_f_p)}" if row.holm_f_p is not None else ""
+    alphas = [fraction(found.alpha) for _, found in row.reliability if isinstance(found, Reliability)]
+    reliability = f" Cronbach’s α = {listed(alphas)} under the conditions." if alphas else ""
+    return f"{scored.full_name(row)} ({means}): {numbers(row.f_test)}{adjusted}.{reliability}"
 
 
 def _size(size: EffectSize) -> str:

@@ -10,7 +10,7 @@ import pandas as pd
 
 from analysis.statistics.cells import Cells, cell_means
 from analysis.statistics.cumulative_link import CumulativeLink, cumulative_link
-from analysis.statistics.holm import holm
+from analysis.statistics.holm import holm, holm_of
 from analysis.statistics.pairs import SMALLEST_N
 from analysis.statistics.result import EffectResult, Outcome, Refusal
 from analysis.statistics.rm_anova import rm_anova
@@ -71,7 +71,7 @@ def likert_rows(
         cells = cell_means(asked, "answer", levels, what="answers")
         label = f"{item}, {occasion.replace('_', ' ')}"
         f_test = rm_anova(cells, name=label)
-        row = LikertRow(item, occasion, cells, f_test, _wilcoxon(cells, label), None)
+        row = LikertRow(item, occasion, cells, f_test, paired_ranks(cells, label), None)
         ordinal = cumulative_link(asked, levels, "answer", label)
         rows.append(dataclasses.replace(row, ordinal=ordinal))
     return _adjusted(rows)
@@ -79,15 +79,13 @@ def likert_rows(
 
 def _adjusted(rows: list[LikertRow]) -> list[LikertRow]:
     """Adjust each kind of test over the rows in which it was computed."""
-    rows = list(rows)
-    tested = [place for place, row in enumerate(rows) if isinstance(row.wilcoxon, EffectResult)]
-    p_values = [row.wilcoxon.p for row in rows if isinstance(row.wilcoxon, EffectResult)]
-    for place, p in zip(tested, holm(p_values), strict=True):
-        rows[place] = dataclasses.replace(rows[place], holm_p=p)
-    tested = [place for place, row in enumerate(rows) if isinstance(row.f_test, EffectResult)]
-    p_values = [row.f_test.p for row in rows if isinstance(row.f_test, EffectResult)]
-    for place, p in zip(tested, holm(p_values), strict=True):
-        rows[place] = dataclasses.replace(rows[place], holm_f_p=p)
+    adjusted = zip(
+        rows,
+        holm_of([row.wilcoxon for row in rows]),
+        holm_of([row.f_test for row in rows]),
+        strict=True,
+    )
+    rows = [dataclasses.replace(row, holm_p=p, holm_f_p=f_p) for row, p, f_p in adjusted]
     models = [(n, r.ordinal) for n, r in enumerate(rows) if isinstance(r.ordinal, CumulativeLink)]
     p_values = [model.test.p for _, model in models]
     for (place, model), p in zip(models, holm(p_values), strict=True):
@@ -96,7 +94,8 @@ def _adjusted(rows: list[LikertRow]) -> list[LikertRow]:
     return rows
 
 
-def _wilcoxon(cells: Cells, name: str) -> Outcome:
+def paired_ranks(cells: Cells, name: str) -> Outcome:
+    """Test the second condition against the first by signed ranks, or refuse in words."""
     if len(cells.levels) != 2:
         return Refusal(name, "The signed-rank test compares two conditions.", cells.excluded)
     if cells.n < SMALLEST_N:
