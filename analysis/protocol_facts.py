@@ -10,6 +10,7 @@ import dataclasses
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from analysis.factors import Crossing, crossed_settings
 from analysis.instruments import Instrument, Item, instruments
 from analysis.recordings import StudyRecordings
 from study.events.codes import Phase
@@ -57,6 +58,7 @@ class ProtocolFacts:
         trial_exclusions: rules by which single trials are left out.
         planned_participants: how many were planned; None if not stated.
         planned_trials: trials planned in each condition; None if not stated.
+        crossing: the factors that the conditions cross; None if they cross none.
         planned_conditions: how many conditions the protocol declares, run or not.
         equivalence_bound: smallest difference of interest, points; None if not stated.
     """
@@ -72,6 +74,7 @@ class ProtocolFacts:
     planned_trials: int | None
     equivalence_bound: float | None = None
     planned_conditions: int = 0
+    crossing: Crossing | None = None
 
     @property
     def levels(self) -> tuple[str, ...]:
@@ -89,9 +92,10 @@ def protocol_facts(study: StudyRecordings) -> ProtocolFacts:
     protocol = session.protocol
     about = _table(protocol.get("study"))
     asked = instruments(session)
+    conditions = _conditions(study)
     return ProtocolFacts(
         title=str(about.get("title") or about.get("name") or "A study without a title"),
-        conditions=_conditions(study),
+        conditions=conditions,
         instruments=asked,
         items=_items(asked),
         assumptions=tuple(_flat(_table(protocol.get("assumptions")))),
@@ -103,6 +107,7 @@ def protocol_facts(study: StudyRecordings) -> ProtocolFacts:
             _table(protocol.get("analysis")).get("equivalence_bound")
         ),
         planned_conditions=len(_declared(protocol)),
+        crossing=_crossing(protocol, [condition.name for condition in conditions]),
     )
 
 
@@ -125,6 +130,14 @@ def _conditions(study: StudyRecordings) -> tuple[Condition, ...]:
 def _declared(protocol: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     declared = protocol.get("conditions")
     return [_table(item) for item in declared] if isinstance(declared, list) else []
+
+
+def _crossing(protocol: Mapping[str, Any], names: list[str]) -> Crossing | None:
+    """Return what is crossed by the conditions that ran, where the protocol declares them all."""
+    entries = {str(entry.get("name")): entry for entry in _declared(protocol)}
+    if not all(name in entries for name in names):
+        return None
+    return crossed_settings([entries[name] for name in names])
 
 
 def _items(asked: Mapping[str, Instrument]) -> dict[str, Item]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 from analysis.data_label import DataLabel, data_label
+from analysis.factorial import Factorial, factorial
 from analysis.measures import AnalysedData, analysed_data
 from analysis.protocol_facts import ProtocolFacts, protocol_facts
 from analysis.recordings import StudyRecordings
@@ -39,6 +40,8 @@ class StudyResults:
         cells: team reward by participant and condition.
         primary: the primary test.
         sensitivity: other tests of the same question.
+        contrasts: each pair of three or more conditions, Holm-adjusted.
+        factorial: the effects of the factors that conditions cross; None if they cross none.
         variants: the primary test on other choices of rows.
         comparison: the paper's form.
         robustness: the difference from other sides; None unless two conditions were compared.
@@ -57,6 +60,8 @@ class StudyResults:
     cells: Cells
     primary: Outcome
     sensitivity: tuple[Outcome, ...]
+    contrasts: tuple[Outcome, ...]
+    factorial: Factorial | None
     variants: tuple[Variant, ...]
     comparison: tuple[Outcome, ...]
     robustness: Robustness | None
@@ -102,6 +107,8 @@ def compute_results(study: StudyRecordings, tables: StudyTables) -> StudyResults
         cells=cells,
         primary=tests.primary,
         sensitivity=tests.sensitivity,
+        contrasts=tests.contrasts,
+        factorial=factorial(facts.crossing, data.trials, cells),
         variants=variants(data, cells, tests.primary, whole),
         comparison=(condition_trial_order(used, levels), condition_and_trial(used, levels)),
         robustness=robustness(cells, tests.means, facts.equivalence_bound),

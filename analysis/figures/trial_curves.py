@@ -9,6 +9,7 @@ import pandas as pd
 
 from analysis.figures.paired_means import mean_interval
 from analysis.figures.svg import Drawing, Scale, vertical_axis
+from analysis.formatting import number
 
 WIDTH, PANEL_HEIGHT = 920.0, 286.0
 TOP, BOTTOM = 34.0, 218.0
@@ -33,16 +34,19 @@ def trial_curves(
     present = set(trials["participant"])
     used = sorted({order for who, order in orders.items() if who in present})
     names = list(zip(levels, labels, strict=True))
-    rows = (len(used) + 1) // 2
+    # Names of three or more conditions do not fit into half the width.
+    across = 1 if len(used) == 1 or len(levels) > 2 else 2
+    rows = (len(used) + across - 1) // across
     title = "Team reward by trial, a panel for each order of conditions"
     drawing = Drawing(name, WIDTH, rows * PANEL_HEIGHT, title)
     lasts = trials.groupby("condition", observed=True)["trial"].max()
     longest = {str(level): int(last) for level, last in lasts.items()}
-    span = WIDTH if len(used) == 1 else WIDTH / 2 - 20
+    span = WIDTH if across == 1 else WIDTH / 2 - 20
     for place, order in enumerate(used):
         people = sorted(who for who, o in orders.items() if o == order and who in present)
         rows_here = trials[trials["participant"].isin(people)]
-        drawing.open_group(move=((place % 2) * (WIDTH / 2 + 20), (place // 2) * PANEL_HEIGHT))
+        column, row = place % across, place // across
+        drawing.open_group(move=(column * (WIDTH / 2 + 20), row * PANEL_HEIGHT))
         first = labels[levels.index(order[0])] if order[0] in levels else order[0]
         drawing.text((0, 14), "abcdefghijkl"[place % 12], "f-ink bold", size=13)
         drawing.text((18, 14), f"{first} first", "f-ink bold", size=12)
@@ -50,7 +54,9 @@ def trial_curves(
         drawing.text((30 + 7.0 * (len(first) + 6), 14), count, "f-quiet", size=11.5)
         scale = Scale(list(trials["team_reward"]), BOTTOM, TOP, ticks=5)
         vertical_axis(drawing, scale, 34, span)
-        _panel(drawing, rows_here, order, names=names, longest=longest, scale=scale, span=span)
+        # Bands of few participants can reach far beyond every trial.
+        clip = drawing.clip(f"panel{place}", [(34, TOP - 8, span - 34, BOTTOM - TOP + 8)])
+        _panel(drawing, rows_here, order, names=names, longest=longest, scale=scale, span=span, clip=clip)
         drawing.close_group()
     return drawing
 
@@ -64,6 +70,7 @@ def _panel(
     longest: Mapping[str, int],
     scale: Scale,
     span: float,
+    clip: str,
 ) -> None:
     levels = [name for name, _ in names]
     total = sum(longest.get(level, 1) for level in order)
@@ -94,7 +101,9 @@ def _panel(
                 band.append((x(trial), scale(interval.low), scale(interval.high)))
         upper = [(px, high) for px, _, high in band]
         lower = [(px, low) for px, low, _ in reversed(band)]
+        drawing.open_group(clip=clip)
         drawing.polygon([*upper, *lower], f"f-c{place} band")
+        drawing.close_group()
         drawing.polyline(means, f"s-c{place} medium")
         for point in means:
             drawing.circle(point, 3, f"f-c{place} s-paper")
@@ -106,7 +115,7 @@ def _panel(
             # Every participant counts once, however many trials there are.
             own_means = chosen.groupby("participant", observed=True)["team_reward"].mean()
             mean = float(np.mean(np.sort(own_means.to_numpy())))
-            text = f"mean {mean:.1f}".replace("-", "−")
+            text = f"mean {number(mean, 1)}"
             drawing.text((middle, BOTTOM + 53), text, "f-quiet", "middle", 11.5)
         done += count
         if done < total:

@@ -16,14 +16,14 @@ from analysis.formatting import (
     plain_statistic,
 )
 from analysis.results import StudyResults
-from analysis.sections import scored
+from analysis.sections import effects, scored
 from analysis.sections.ratings import label
 from analysis.statistics.reliability import Reliability
 from analysis.statistics.result import EffectResult, EffectSize
 from analysis.statistics.scale_scores import ScaleRow
 
 _NAMES = {"d_z": "dz", "g_z": "gz", "r_rb": "rank-biserial r", "partial eta squared": "partial η²"}
-_BOUNDED = {"r_rb", "partial eta squared", "generalised eta squared"}
+_BOUNDED = {"r_rb", "Kendall's W", "partial eta squared", "generalised eta squared"}
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -46,14 +46,23 @@ def sentences(results: StudyResults) -> list[Sentence]:
         for outcome in results.sensitivity
         if isinstance(outcome, EffectResult)
     ]
+    found += [
+        (f"Effect: {effect.name}", f"{effect.name}: {numbers(effect)}{_holm(effect)}.")
+        for effect in effects.effects(results)
+    ]
+    found += [
+        (f"Pair: {test.name}", f"{test.name}: {numbers(test)}{_holm(test)}.")
+        for test in effects.pairs(results)
+    ]
     for row in results.ratings:
-        if isinstance(row.wilcoxon, EffectResult) and row.means:
+        if isinstance(row.rank_test, EffectResult) and row.means:
             means = ", ".join(
                 f"{results.facts.label(level)} M = {number(mean)}"
                 for level, mean in row.means.items()
             )
             adjusted = f", Holm-adjusted {p_text(row.holm_p)}" if row.holm_p is not None else ""
-            text = f"{label(row)} ({means}), exact Wilcoxon: {numbers(row.wilcoxon)}{adjusted}."
+            how = "exact Wilcoxon" if len(row.cells.levels) == 2 else "Friedman"
+            text = f"{label(row)} ({means}), {how}: {numbers(row.rank_test)}{adjusted}."
             found.append((f"Rating {label(row)}", text))
     found += [
         (f"Score {scored.full_name(row)}", _score(results, row))
@@ -80,6 +89,10 @@ def numbers(result: EffectResult) -> str:
     if result.effects:
         parts.append(_size(result.effects[0]))
     return ", ".join(parts)
+
+
+def _holm(result: EffectResult) -> str:
+    return f", Holm-adjusted {p_text(result.p_adjusted)}" if result.p_adjusted is not None else ""
 
 
 def _reward(results: StudyResults, test: EffectResult) -> str:

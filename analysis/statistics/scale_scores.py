@@ -12,7 +12,7 @@ import pandas as pd
 from analysis.statistics.cells import Cells, cell_means
 from analysis.statistics.contrasts import paired_contrasts
 from analysis.statistics.holm import holm_of
-from analysis.statistics.likert import paired_ranks
+from analysis.statistics.likert import rank_test
 from analysis.statistics.reliability import Reliability, cronbach_alpha
 from analysis.statistics.result import Outcome, Refusal
 from analysis.statistics.rm_anova import rm_anova
@@ -53,7 +53,7 @@ class ScaleRow:
         cells: scores of those with one under each condition.
         f_test: of the conditions: the paired t squared, or Greenhouse and Geisser's F.
         holm_f_p: its p adjusted over the family of all rows; None where refused.
-        wilcoxon: the exact signed-rank test; refused where there are not two conditions.
+        rank_test: the exact signed-rank test of two conditions; Friedman's of more.
         holm_p: its p adjusted likewise.
         contrasts: each pair of three or more conditions, Holm-adjusted among themselves.
         reliability: Cronbach's alpha under each condition, in the order of the levels; of one
@@ -64,7 +64,7 @@ class ScaleRow:
     cells: Cells
     f_test: Outcome
     holm_f_p: float | None
-    wilcoxon: Outcome
+    rank_test: Outcome
     holm_p: float | None
     contrasts: tuple[Outcome, ...]
     reliability: tuple[tuple[str, Reliability | Refusal], ...]
@@ -94,7 +94,7 @@ def scale_rows(
     families = zip(
         rows,
         holm_of([row.f_test for row in rows]),
-        holm_of([row.wilcoxon for row in rows]),
+        holm_of([row.rank_test for row in rows]),
         strict=True,
     )
     return [dataclasses.replace(row, holm_f_p=f_p, holm_p=p) for row, f_p, p in families]
@@ -126,7 +126,7 @@ def _row(
         cells=cells,
         f_test=rm_anova(cells, name, "sensitivity") if under else outside,
         holm_f_p=None,
-        wilcoxon=paired_ranks(cells, name) if under else outside,
+        rank_test=rank_test(cells, name) if under else outside,
         holm_p=None,
         contrasts=paired_contrasts(cells) if len(cells.levels) > 2 and cells.n else (),
         reliability=tuple(reliability),
