@@ -58,9 +58,7 @@ def factorial(crossing: Crossing | None, trials: pd.DataFrame, cells: Cells) -> 
         for place, factor in enumerate(factors)
     }
     period = rows["block"].astype("int64")
-    model = trial_model(
-        rows.assign(**placed, period=period), list(crossing.cells), crossed=factors
-    )
+    model = trial_model(rows.assign(**placed, period=period), list(crossing.cells), crossed=factors)
     return Factorial(
         crossing=crossing,
         means=_adjusted(_of_means(crossing, cells)),
@@ -113,8 +111,7 @@ def _simple(crossing: Crossing, cells: Cells) -> list[Outcome]:
         labels = dict(zip(factor.levels, factor.level_labels, strict=True))
         for rest in itertools.product(*(f.levels for f in others)):
             where = ", ".join(
-                f.level_labels[f.levels.index(level)]
-                for f, level in zip(others, rest, strict=True)
+                f.level_labels[f.levels.index(level)] for f, level in zip(others, rest, strict=True)
             )
             for a, b in itertools.combinations(factor.levels, 2):
                 pair = [

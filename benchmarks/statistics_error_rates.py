@@ -27,7 +27,6 @@ import joblib
 import numpy as np
 import pandas as pd
 import scipy
-
 from scipy import stats
 
 from analysis.statistics.bayes_factor import BayesFactor, paired_bayes_factor

@@ -11,12 +11,12 @@ from study.events.events import (
     Deviation,
     EpisodeEnded,
     FitRequested,
-    InstrumentScored,
     QuestionAnswered,
     Resumed,
     Switched,
     Timestep,
 )
+from study.events.participant_events import InstrumentScored
 
 TOPICS: Mapping[str, tuple[str, ...]] = {
     "episodes": (EpisodeEnded.topic,),

@@ -64,9 +64,7 @@ def _means(
     ends = []
     for index, a in enumerate(lines.levels):
         shift = APART * (index - (len(lines.levels) - 1) / 2)
-        points = [
-            (x + shift, scale(middles[a, b])) for x, b in zip(xs, places.levels, strict=True)
-        ]
+        points = [(x + shift, scale(middles[a, b])) for x, b in zip(xs, places.levels, strict=True)]
         drawing.polyline(points, f"s-c{index} medium")
         for (x, y), b in zip(points, places.levels, strict=True):
             if draws:
@@ -76,8 +74,8 @@ def _means(
             drawing.circle((x, y), 5, f"f-c{index} s-paper")
         ends.append((points[-1][1], f"{index} {lines.level_labels[index]}"))
     for y, text in spread_labels(ends, LINE + 4):
-        index, _, label = text.partition(" ")
-        drawing.text((right + 8, y + 4), label, f"t-c{index} bold", size=12.5)
+        place, _, label = text.partition(" ")
+        drawing.text((right + 8, y + 4), label, f"t-c{place} bold", size=12.5)
     for x, label in zip(xs, places.level_labels, strict=True):
         drawing.text((x, BOTTOM + 24), label, "f-ink bold", "middle", 12.5)
     drawing.text(((left + right) / 2, BOTTOM + 43), places.label, "f-quiet", "middle", 11.5)
@@ -102,9 +100,7 @@ def _differences(
         mean = float(np.mean(np.sort(values)))
         beside = x + 22
         if draws:
-            drawing.line(
-                (beside, scale(bounds.low)), (beside, scale(bounds.high)), "s-ink thick"
-            )
+            drawing.line((beside, scale(bounds.low)), (beside, scale(bounds.high)), "s-ink thick")
         drawing.line((beside - 6, scale(mean)), (beside + 6, scale(mean)), "s-ink thick")
         text = ("+" if round(mean, 1) > 0 else "") + number(mean, 1)
         drawing.text((beside + 10, scale(mean) + 4), text, "f-ink bold halo", size=11.5)

@@ -12,7 +12,7 @@ from analysis.figures.svg import Drawing, Scale, vertical_axis
 from analysis.formatting import number
 
 WIDTH, PANEL_HEIGHT = 920.0, 286.0
-TOP, BOTTOM = 34.0, 218.0
+LEFT, TOP, BOTTOM = 44.0, 34.0, 218.0
 
 
 def trial_curves(
@@ -53,10 +53,19 @@ def trial_curves(
         count = f"n = {len(people)}; team reward, points"
         drawing.text((30 + 7.0 * (len(first) + 6), 14), count, "f-quiet", size=11.5)
         scale = Scale(list(trials["team_reward"]), BOTTOM, TOP, ticks=5)
-        vertical_axis(drawing, scale, 34, span)
+        vertical_axis(drawing, scale, LEFT, span)
         # Bands of few participants can reach far beyond every trial.
-        clip = drawing.clip(f"panel{place}", [(34, TOP - 8, span - 34, BOTTOM - TOP + 8)])
-        _panel(drawing, rows_here, order, names=names, longest=longest, scale=scale, span=span, clip=clip)
+        clip = drawing.clip(f"panel{place}", [(LEFT, TOP - 8, span - LEFT, BOTTOM - TOP + 8)])
+        _panel(
+            drawing,
+            rows_here,
+            order,
+            names=names,
+            longest=longest,
+            scale=scale,
+            span=span,
+            clip=clip,
+        )
         drawing.close_group()
     return drawing
 
@@ -74,7 +83,7 @@ def _panel(
 ) -> None:
     levels = [name for name, _ in names]
     total = sum(longest.get(level, 1) for level in order)
-    step = (span - 34 - 36) / max(total - 1, 1)
+    step = (span - LEFT - 36) / max(total - 1, 1)
     done = 0
     for condition in order:
         if condition not in levels:
@@ -83,7 +92,7 @@ def _panel(
         label = names[place][1]
         chosen = trials[trials["condition"] == condition]
         count = longest.get(condition, 1)
-        x0 = 34 + 18 + done * step
+        x0 = LEFT + 18 + done * step
 
         def x(trial: float, start: float = x0) -> float:
             return start + (trial - 1) * step

@@ -36,7 +36,9 @@ def pairs_finding(results: StudyResults) -> str:
     if not differ:
         return f"None of {count} of conditions differs after Holm’s adjustment."
     shown = [f"{test.name} {number(test.estimate or 0.0, 1)}" for test in differ]
-    return f"Of {count} of conditions, {len(differ)} differ after Holm’s adjustment: {listed(shown)}."
+    return (
+        f"Of {count} of conditions, {len(differ)} differ after Holm’s adjustment: {listed(shown)}."
+    )
 
 
 def effects(results: StudyResults) -> tuple[EffectResult, ...]:

@@ -55,7 +55,9 @@ class Page:
 def pages(results: StudyResults) -> list[Page]:
     """Make a page for every session analysed or left out."""
     tables = results.tables
-    frames = {name: tables.frame(name) for name in ("trials", "interventions", "responses", "scores")}
+    frames = {
+        name: tables.frame(name) for name in ("trials", "interventions", "responses", "scores")
+    }
     return [
         _page(place, session, results, frames)
         for place, session in enumerate(results.study.sessions, start=1)
@@ -141,7 +143,8 @@ def _answers(level: str, own: dict[str, pd.DataFrame], results: StudyResults) ->
     names = ("questionnaire", "scale", "occasion", "score")
     for questionnaire, scale, when, score in zip(*(scores[n] for n in names), strict=True):
         mark = "*" if when == "after_reveal" else ""
-        found.append(f"{scored.scale_name(str(questionnaire), str(scale))}{mark} {score:.4g}")
+        written = number(float(score)).rstrip("0").rstrip(".")
+        found.append(f"{scored.scale_name(str(questionnaire), str(scale))}{mark} {written}")
     return found
 
 

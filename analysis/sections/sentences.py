@@ -122,7 +122,9 @@ def _score(results: StudyResults, row: ScaleRow) -> str:
     )
     assert isinstance(row.f_test, EffectResult)  # noqa: S101 - the caller has seen it
     adjusted = f", Holm-adjusted {p_text(row.holm_f_p)}" if row.holm_f_p is not None else ""
-    alphas = [fraction(found.alpha) for _, found in row.reliability if isinstance(found, Reliability)]
+    alphas = [
+        fraction(found.alpha) for _, found in row.reliability if isinstance(found, Reliability)
+    ]
     reliability = f" Cronbach’s α = {listed(alphas)} under the conditions." if alphas else ""
     return f"{scored.full_name(row)} ({means}): {numbers(row.f_test)}{adjusted}.{reliability}"
 

@@ -132,10 +132,7 @@ def design(results: StudyResults) -> str:
         return "No complete trial under any condition."
     compared = effects.factors_in_words(results) or " against ".join(results.labels)
     orders = {order for order in results.data.orders.values() if order}
-    return (
-        f"Within-subjects study: {compared}, "
-        f"{counted(len(orders), 'order')}{amount}."
-    )
+    return f"Within-subjects study: {compared}, {counted(len(orders), 'order')}{amount}."
 
 
 def tiles(results: StudyResults) -> list[Tile]:

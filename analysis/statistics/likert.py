@@ -83,13 +83,13 @@ def likert_rows(
 
 def _adjusted(rows: list[LikertRow]) -> list[LikertRow]:
     """Adjust each kind of test over the rows in which it was computed."""
-    adjusted = zip(
+    families = zip(
         rows,
         holm_of([row.rank_test for row in rows]),
         holm_of([row.f_test for row in rows]),
         strict=True,
     )
-    rows = [dataclasses.replace(row, holm_p=p, holm_f_p=f_p) for row, p, f_p in adjusted]
+    rows = [dataclasses.replace(row, holm_p=p, holm_f_p=f_p) for row, p, f_p in families]
     models = [(n, r.ordinal) for n, r in enumerate(rows) if isinstance(r.ordinal, CumulativeLink)]
     p_values = [model.test.p for _, model in models]
     for (place, model), p in zip(models, holm(p_values), strict=True):

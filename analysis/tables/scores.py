@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from analysis.instruments import Instrument, instruments
 from analysis.recordings import Session, StudyRecordings
 from analysis.tables.columns import SESSION_COLUMNS, Column, Table
-from study.events.events import InstrumentScored, QuestionAnswered
+from study.events.events import QuestionAnswered
+from study.events.participant_events import InstrumentScored
 
 RECORDED, COMPUTED = "recorded", "computed"
 
