@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
+
 from analysis.data_label import DataLabel, data_label
 from analysis.factorial import Factorial, factorial
 from analysis.measures import AnalysedData, analysed_data
@@ -135,7 +137,7 @@ def _ratings(data: AnalysedData, facts: ProtocolFacts) -> list[LikertRow]:
     rated, known = rated_items(facts), set(facts.instruments)
     names = zip(data.responses["questionnaire"], data.responses["item"], strict=True)
     # What no questionnaire on record declares is taken for a rating: nothing is passed over.
-    wanted = [pair in rated or pair[0] not in known for pair in names]
+    wanted = np.array([pair in rated or pair[0] not in known for pair in names], dtype=bool)
     answers = data.responses[wanted]
     answers = answers[answers["condition"] != ""]
     pairs = set(zip(answers["item"], answers["occasion"], strict=True))

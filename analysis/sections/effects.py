@@ -36,9 +36,8 @@ def pairs_finding(results: StudyResults) -> str:
     if not differ:
         return f"None of {count} of conditions differs after Holm’s adjustment."
     shown = [f"{test.name} {number(test.estimate or 0.0, 1)}" for test in differ]
-    return (
-        f"Of {count} of conditions, {len(differ)} differ after Holm’s adjustment: {listed(shown)}."
-    )
+    many = f"{len(differ)} {'differs' if len(differ) == 1 else 'differ'}"
+    return f"Of {count} of conditions, {many} after Holm’s adjustment: {listed(shown)}."
 
 
 def effects(results: StudyResults) -> tuple[EffectResult, ...]:

@@ -27,22 +27,23 @@ def figure(results: StudyResults) -> Drawing | None:
 def finding(results: StudyResults) -> str:
     """Say for which items a difference was detected, and for which not.
 
-    Detected is what the recommended test finds after Holm's adjustment.
+    Detected is what the recommended test finds after Holm's adjustment: Wilcoxon's of two
+    conditions, the corrected F of more.
     """
     found: dict[str, list[str]] = {"higher": [], "lower": [], "none": [], "refused": []}
     found["differs"] = []
+    two = len(results.labels) == 2
     for row in results.ratings:
-        test = row.f_test
-        if isinstance(test, Refusal) or row.holm_p is None:
+        test, p = row.f_test, row.holm_p if two else row.holm_f_p
+        if isinstance(test, Refusal) or p is None:
             found["refused"].append(label(row))
-        elif row.holm_p >= ALPHA:
+        elif p >= ALPHA:
             shown = "" if test.estimate is None else f" ({number(test.estimate)} points)"
             found["none"].append(f"{label(row)}{shown}")
         elif test.estimate is None:
             found["differs"].append(label(row))
         else:
             found["higher" if test.estimate > 0 else "lower"].append(label(row))
-    two = len(results.labels) == 2
     other = results.labels[1] if two else "the conditions"
     sentences = []
     if found["differs"]:
@@ -54,7 +55,7 @@ def finding(results: StudyResults) -> str:
     if found["none"]:
         sentences.append(f"No difference was detected on {listed(found['none'])}.")
     if any(found[key] for key in ("higher", "lower", "none", "differs")):
-        how = "the exact Wilcoxon test" if two else "Friedman’s test"
+        how = "the exact Wilcoxon test" if two else "the corrected F test"
         sentences.append(f"This goes by {how} with Holm’s adjustment.")
     if found["refused"]:
         sentences.append(f"Not tested: {listed(found['refused'])}.")
