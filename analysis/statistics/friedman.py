@@ -1,8 +1,8 @@
 """Friedman's test: do three or more conditions differ in the participants' ranks?
 
 Source: Friedman (1937), Journal of the American Statistical Association 32, 675-701, with the
-correction for ties; p by the chi-squared approximation. The null hypothesis is that the conditions are
-exchangeable: where their scatter differs it rejects equal means too often (see
+correction for ties; p by the chi-squared approximation. The null hypothesis is that the conditions
+are exchangeable: where their scatter differs it rejects equal means too often (see
 `benchmarks.statistics_error_rates`), so that it is shown beside the corrected F.
 """
 

@@ -125,7 +125,7 @@ def test_two_people_have_no_reliability(tmp_path: Path) -> None:
 def test_a_score_that_answers_do_not_give_is_flagged(results: StudyResults) -> None:
     """What was recorded is kept, and a reader told that it does not follow."""
     frame = results.tables.frame("scores").copy()
-    frame.loc[0, "score"] += 10
+    frame["score"] = frame["score"] + np.where(frame.index == 0, 10.0, 0.0)
     tables = _Changed(results.tables, frame)
     changed = dataclasses.replace(results, tables=cast(StudyTables, tables))
     flags = [flag for flag in quality.flags(changed) if flag.kind == "Score"]
