@@ -171,6 +171,19 @@ def test_the_mixed_model_gives_the_same_f_on_balanced_data() -> None:
         assert model.df2 == pytest.approx(means.df2, rel=1e-3)
 
 
+def test_a_model_without_degrees_of_freedom_is_refused(tmp_path: Path) -> None:
+    """Four people with one trial a cell leave the model nothing to test against."""
+    for plan in study_plans(4, trials=1, timesteps=4, conditions=CROSSED, phase_four=False):
+        write_session(tmp_path, plan)
+    study = load_recordings([tmp_path])
+    results = compute_results(study, StudyTables(study))
+    assert results.factorial is not None
+    outcomes = (*results.sensitivity, *results.factorial.trials)
+    refused = [test for test in outcomes if isinstance(test, Refusal)]
+    assert any("no degrees of freedom are left" in test.reason for test in refused)
+    assert "no degrees of freedom are left" in render_report(results)
+
+
 def test_friedman_agrees_with_r() -> None:
     """Ranks of the reference's three levels give R's chi-squared; ties agree with SciPy's."""
     expected = json.loads((REFERENCE / "r_results.json").read_text())["within3_nonspherical"]
