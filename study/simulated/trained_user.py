@@ -18,10 +18,11 @@ import numpy.typing as npt
 
 from study.errors import StudyError
 from study.events.task_description import StateField
-from study.features import encode, range_standardisation
 from study.perceptron import Perceptron, read_weights
+from study.simulated.waves import wave_features
 
 FORMAT = 1
+MAX_OCTAVES = 16
 WEIGHTS = Path(__file__).parent / "users"
 """Where the weights are that ship with the program, one file a task."""
 
@@ -72,8 +73,11 @@ class TrainedUser:
             self._fields = tuple(StateField(**field) for field in made_of["fields"])
             self.keys: tuple[str, ...] = tuple(map(str, made_of["keys"]))
             self.discount = float(made_of["discount"])
+            self._octaves = int(made_of["octaves"])
             if not self._fields or not 0.0 < self.discount < 1.0:
                 raise ValueError("there are no state fields, or the discount is not below 1")
+            if not 0 <= self._octaves <= MAX_OCTAVES:
+                raise ValueError(f"octaves must be 0 to {MAX_OCTAVES}")
             inputs = self._features(np.zeros((1, len(self._fields)), np.float32)).shape[1]
             self._actor = Perceptron.from_tensors(tensors, "actor", inputs, len(self.keys))
             self._values = Perceptron.from_tensors(tensors, "values", inputs, 1)
@@ -189,4 +193,4 @@ class TrainedUser:
         return self._values(self._features(states))[..., 0]
 
     def _features(self, states: States) -> Floats:
-        return encode(states, self._fields, standard=range_standardisation(self._fields))
+        return wave_features(states, self._fields, self._octaves)

@@ -16,10 +16,10 @@ import numpy.typing as npt
 
 from study.events.codes import Outcome
 from study.events.task_description import StateField
-from study.features import encode, range_standardisation
 from study.perceptron import Perceptron
 from study.simulated.rollouts import Rollouts
 from study.simulated.value_gain import Valuing
+from study.simulated.waves import wave_features
 
 Floats = npt.NDArray[np.float64]
 States = npt.NDArray[np.float32]
@@ -53,8 +53,7 @@ class FittedValues:
         Returns:
             float64 [n], points.
         """
-        standard = range_standardisation(self.fields)
-        scaled = self.network(encode(states, self.fields, standard=standard))[..., 0]
+        scaled = self.network(wave_features(states, self.fields))[..., 0]
         return self.mean + self.deviation * scaled
 
     def unscaled(self) -> Perceptron:

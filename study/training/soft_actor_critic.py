@@ -19,9 +19,9 @@ import torch
 from pydantic import BaseModel, ConfigDict, Field
 
 from study.events.codes import Outcome
-from study.features import encode, range_standardisation
 from study.perceptron import Perceptron
 from study.seeding import generator, stream_seed
+from study.simulated.waves import wave_features
 from study.tasks.base import PlaceableTask
 
 States = npt.NDArray[np.float32]
@@ -39,13 +39,13 @@ class ActorCriticParameters(BaseModel):
     discount: float = Field(0.99, gt=0, lt=1, description="gamma, per timestep")
     updates: int = Field(60_000, ge=1, description="gradient steps")
     robots: int = Field(64, ge=2, description="robots that gather experience side by side")
-    updates_a_timestep: int = Field(8, ge=1, description="gradient steps for each fleet timestep")
+    updates_a_timestep: int = Field(2, ge=1, description="gradient steps for each fleet timestep")
     spread_starts: float = Field(
         0.5, ge=0, le=1, description="part of the episodes that start anywhere on the map"
     )
     memory: int = Field(400_000, ge=1, description="transitions kept")
     batch_size: int = Field(256, ge=1, description="transitions in a minibatch")
-    learning_rate: float = Field(0.001, gt=0, description="Adam's step size at the start")
+    learning_rate: float = Field(0.0005, gt=0, description="Adam's step size at the start")
     averaging: float = Field(0.005, gt=0, le=1, description="target critics' step to the critics")
     first_timesteps: int = Field(200, ge=1, description="fleet timesteps driven at random first")
 
@@ -195,8 +195,7 @@ class Experience:
 
     def features(self, states: States) -> npt.NDArray[np.float64]:
         """Return the features [n, k] of states."""
-        fields = self._task.description.state_fields
-        return encode(states, fields, standard=range_standardisation(fields))
+        return wave_features(states, self._task.description.state_fields)
 
     def gather(self, learner: Learner | None, memory: Memory) -> None:
         """Drive one timestep, at random without a learner, and remember it."""
@@ -243,7 +242,7 @@ def train(
     seed: int,
     report: Callable[[int, float, float], None] | None = None,
 ) -> Perceptron:
-    """Train a policy; return its network, features (standardised by their ranges) to logits.
+    """Train a policy; return its network, features (see `study.simulated.waves`) to logits.
 
     Args:
         task: a fleet of ``parameters.robots`` robots.

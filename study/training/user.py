@@ -22,6 +22,7 @@ from study.seeding import generator, stream_seed
 from study.simulated.rollouts import Rollouts, roll_out
 from study.simulated.trained_user import FORMAT, TrainedUser, parameters_sha256
 from study.simulated.values import FittedValues
+from study.simulated.waves import OCTAVES
 from study.tasks.base import PlaceableTask
 from study.training.soft_actor_critic import ActorCriticParameters, Spread, train
 from study.training.value_fit import ValueParameters, fit_values
@@ -122,6 +123,7 @@ def make_user(
         "actions": list(course.description.action_names),
         "keys": keys,
         "discount": training.discount,
+        "octaves": OCTAVES,
         "training": training.model_dump(mode="json"),
         "seed": seed,
         "command": command,

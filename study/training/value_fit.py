@@ -11,11 +11,11 @@ import torch
 from pydantic import BaseModel, ConfigDict, Field
 
 from study.events.task_description import StateField
-from study.features import encode, range_standardisation
 from study.perceptron import Perceptron
 from study.seeding import generator, stream_seed
 from study.simulated.rollouts import Rollouts
 from study.simulated.values import FittedValues, agreement, lambda_returns
+from study.simulated.waves import wave_features
 
 
 class ValueParameters(BaseModel):
@@ -55,8 +55,7 @@ def fit_values(
     """
     torch.set_num_threads(1)
     where = rollouts.running
-    standard = range_standardisation(fields)
-    features = encode(rollouts.states[:-1][where], fields, standard=standard)
+    features = wave_features(rollouts.states[:-1][where], fields)
     inputs = torch.from_numpy(features).float()
     module = _module(inputs.shape[1], parameters.hidden, stream_seed(seed, "value_weights"))
     random = generator(seed, "value_batches")
