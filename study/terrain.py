@@ -57,7 +57,8 @@ class Terrain:
 
     def at_goal(self, x: Floats, y: Floats) -> Mask:
         """Say whether a robot's centre is in the goal."""
-        return _within(self._goal, x, y)[0]
+        within: Mask = _within(self._goal, x, y)[0]
+        return within
 
     def goal_distance(self, x: Floats, y: Floats) -> Floats:
         """Return the length of the shortest way to the goal's middle, metres.

@@ -37,6 +37,7 @@ def train_user(
     output: Annotated[
         Path, typer.Option("--output", "-o", help="File of the weights; must not exist.")
     ] = Path("user.safetensors"),
+    *,
     check: Annotated[
         bool, typer.Option("--check/--no-check", help="Hold it against value iteration.")
     ] = True,

@@ -153,7 +153,8 @@ class Grid:
     def level_shares(self, healths: Floats) -> Floats:
         """Return for m healths how each is shared among the levels, float64 [m, levels]."""
         at = np.clip(healths, 0.0, FULL_HEALTH) / FULL_HEALTH * (len(self.levels) - 1)
-        return np.maximum(0.0, 1 - np.abs(at[:, None] - np.arange(len(self.levels))))
+        shares: Floats = np.maximum(0.0, 1 - np.abs(at[:, None] - np.arange(len(self.levels))))
+        return shares
 
     def smooth(self, values: Floats, noise: float) -> Floats:
         """Average values [k, levels] over headings with a deviation of ``noise`` radians."""

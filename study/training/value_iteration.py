@@ -69,7 +69,8 @@ class SoftGridPolicy:
         scaled = self.advantages(states) / self._temperature
         # The Gumbel trick draws from the softmax.
         drawn = (scaled + random.gumbel(size=scaled.shape)).argmax(axis=1)
-        return drawn.astype(np.int32)
+        actions: npt.NDArray[np.int32] = drawn.astype(np.int32)
+        return actions
 
     def advantages(self, states: States) -> Floats:
         """Return Q float64 [n, actions] of n states float32 [n, 4]."""
@@ -143,7 +144,8 @@ def evaluate(
     step = model.under(actions)
 
     def backup(values: Floats) -> Floats:
-        return rewards + discount * step(values)
+        following: Floats = rewards + discount * step(values)
+        return following
 
     return _iterate(model, backup, tolerance, None)
 
