@@ -16,6 +16,7 @@ class Idle:
     """Does nothing."""
 
     def actions(self, states: States, random: np.random.Generator) -> npt.NDArray[np.int32]:
+        """Return idle for each state."""
         return np.full(len(states), IDLE, np.int32)
 
 
