@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
@@ -321,14 +321,18 @@ def parse_protocol(text: str, source: str) -> Protocol:
     except ValidationError as error:
         problems = list(validation_problems(error, Protocol, given_file=raw))
         raise ProtocolError(source, problems) from error
-    missing = [path for path in protocol.assumptions if not _has_path(raw, path)]
-    if missing:
-        problems = [
-            f'assumptions: "{path}" names no setting of this file; write the key path of one'
-            for path in missing
-        ]
+    if problems := missing_paths(raw, protocol.assumptions):
         raise ProtocolError(source, problems)
     return protocol
+
+
+def missing_paths(raw: object, assumptions: Iterable[str]) -> list[str]:
+    """Return a problem for each assumption that is about no setting of the file."""
+    return [
+        f'assumptions: "{path}" names no setting of this file; write the key path of one'
+        for path in assumptions
+        if not _has_path(raw, path)
+    ]
 
 
 def _has_path(raw: object, path: str) -> bool:
