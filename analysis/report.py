@@ -26,7 +26,6 @@ from analysis.statistics.cumulative_link import CumulativeLink
 from analysis.statistics.result import EffectResult
 
 
-
 def render_report(results: StudyResults) -> str:
     """Return the report as HTML.
 

@@ -17,7 +17,9 @@ from study.trial_files import is_results
 
 
 def report(
-    recordings: Annotated[list[Path], typer.Argument(help="Recordings or folders of them, or results.")],
+    recordings: Annotated[
+        list[Path], typer.Argument(help="Recordings or folders of them, or results.")
+    ],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the report.")],
     *,
     pool_protocols: Annotated[

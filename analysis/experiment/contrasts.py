@@ -60,7 +60,7 @@ class Contrast:
 
     @property
     def verdict(self) -> str:
-        """"higher", "lower" or "undecided", at Holm's p."""
+        """Return "higher", "lower" or "undecided", at Holm's p."""
         if self.p_adjusted >= ALPHA or self.mean.value == 0:
             return "undecided"
         return "higher" if self.mean.value > 0 else "lower"
@@ -82,7 +82,7 @@ def mean_of(values: npt.NDArray[np.float64] | pd.Series[float]) -> Mean:
 
 def by_scorer(frame: pd.DataFrame, measure: str) -> pd.DataFrame:
     """Return one row a trial and one column a scorer of a measure."""
-    return frame.pivot(index="trial", columns="scorer", values=measure).astype(float)
+    return frame.set_index(["trial", "scorer"])[measure].astype(float).unstack()  # noqa: PD010
 
 
 def paired(

@@ -59,7 +59,10 @@ def agreement(experiment: Experiment) -> Drawing:
     scorers = [name for name in experiment.scorers if name != NONE]
     height = TOP + ROW * len(scorers) + 46
     drawing = Drawing(
-        "agreement", WIDTH, height, "Top-1 agreement of each scorer with ground truth, 95% intervals"
+        "agreement",
+        WIDTH,
+        height,
+        "Top-1 agreement of each scorer with ground truth, 95% intervals",
     )
     robots = int(experiment.protocol["phase_three"]["robots"])
     lines = [
@@ -162,9 +165,7 @@ def fleet_sizes(experiment: Experiment) -> Drawing | None:
     height, bottom, left, right = 320.0, 262.0, 60.0, 700.0
     drawing = Drawing("sizes", WIDTH, height, "Points that one operator adds, by size of the fleet")
     means = {
-        (name, size): mean_of(
-            table[(table["scorer"] == name) & (table["robots"] == size)]["gain"]
-        )
+        (name, size): mean_of(table[(table["scorer"] == name) & (table["robots"] == size)]["gain"])
         for name in scorers
         for size in sizes
     }
@@ -195,8 +196,8 @@ def fleet_sizes(experiment: Experiment) -> Drawing | None:
             drawing.circle(point, 3.8, f"f-{colour} s-paper")
         ends.append((points[-1][1], experiment.label(name), colour))
     y = 0.0
-    for place, label, colour in sorted(ends):
-        y = max(place + 4, y + 17)
+    for end, label, colour in sorted(ends):
+        y = max(end + 4, y + 17)
         drawing.text((right + 12, y), label, f"t-{colour} bold", size=12)
     return drawing
 

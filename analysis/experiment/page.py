@@ -12,8 +12,8 @@ from analysis.experiment.frames import NONE, Experiment
 from analysis.experiment.paper import beside_the_paper, in_words, policy_means
 from analysis.experiment.questions import PREDICTION, REWARD, hypotheses, runs_at
 from analysis.formatting import NO_BREAK, interval, number
-from analysis.statistics.result import Interval
 from analysis.page import frame, page_environment
+from analysis.statistics.result import Interval
 from study.trial_files import results_sha256
 
 
@@ -108,7 +108,9 @@ def headline(tests: dict[str, list[Contrast]]) -> str:
         parts.append(
             f"A scorer learned by Luce’s model named the user’s robot {kind} than a classifier"
         )
-    reward = [test for test in tests.get(REWARD, []) if prediction and test.second == prediction[0].second]
+    reward = [
+        test for test in tests.get(REWARD, []) if prediction and test.second == prediction[0].second
+    ]
     if reward:
         kinds = {test.verdict for test in reward}
         kind = words[kinds.pop()] if len(kinds) == 1 else "not under every dwell more"
@@ -145,10 +147,19 @@ def scorer_rows(experiment: Experiment) -> list[ScorerRow]:
                 continue
             mine = frame_at[frame_at["scorer"] == name]
             policy, impact = alone[name]
-            columns = ("team_reward", "own_agreement", "reference_agreement", "goals", "lost")
-            means = [mean_of(mine[column].astype(float)) for column in columns]
-            label = experiment.label(name)
-            rows.append(ScorerRow(label, 0 if name == NONE else dwell, *means, policy, impact))
+            rows.append(
+                ScorerRow(
+                    label=experiment.label(name),
+                    dwell=0 if name == NONE else dwell,
+                    reward=mean_of(mine["team_reward"].astype(float)),
+                    own=mean_of(mine["own_agreement"].astype(float)),
+                    reference=mean_of(mine["reference_agreement"].astype(float)),
+                    goals=mean_of(mine["goals"].astype(float)),
+                    lost=mean_of(mine["lost"].astype(float)),
+                    policy=policy,
+                    impact=impact,
+                )
+            )
     return rows
 
 
@@ -156,16 +167,15 @@ def size_rows(experiment: Experiment) -> tuple[list[str], list[SizeRow]]:
     """Return the scorers' labels, and for each fleet size the points that their help adds."""
     table = experiment.tables["fleet_sizes"]
     names = [
-        name
-        for name in experiment.scorers
-        if name != NONE and (table["scorer"] == name).any()
+        name for name in experiment.scorers if name != NONE and (table["scorer"] == name).any()
     ]
     rows = [
         SizeRow(
-            int(robots),
+            robots,
             tuple(mean_of(group[group["scorer"] == name]["gain"]) for name in names),
         )
-        for robots, group in table.groupby("robots")
+        for robots in sorted({int(size) for size in table["robots"]})
+        for group in [table[table["robots"] == robots]]
     ]
     return [experiment.label(name) for name in names], rows
 
@@ -181,7 +191,9 @@ def world_rows(experiment: Experiment) -> list[tuple[str, Mean, int]]:
         ("choices", "Choices in phase two", 0),
         ("choices_best", "Part of them that fell on the robot with the largest phi", 2),
     )
-    return [(words, mean_of(worlds[name].astype(float)), places) for name, words, places in described]
+    return [
+        (words, mean_of(worlds[name].astype(float)), places) for name, words, places in described
+    ]
 
 
 def assumption_rows(experiment: Experiment) -> list[tuple[str, str, str]]:

@@ -95,11 +95,20 @@ def _prediction_words(experiment: Experiment, tests: list[Contrast]) -> list[str
         gap = f"{number(abs(100 * test.mean.value), 1)} percentage points"
         share = f"it was ahead in {100 * test.better:.0f} % of trials"
         if test.verdict == "higher":
-            words = f"Luce’s scorer agreed with the user more often than the classifier, by {gap} ({share}): as in the paper."
+            words = (
+                "Luce’s scorer agreed with the user more often than the classifier, by "
+                f"{gap} ({share}): as in the paper."
+            )
         elif test.verdict == "lower":
-            words = f"Luce’s scorer agreed with the user less often than the classifier, by {gap} ({share}): against the paper."
+            words = (
+                "Luce’s scorer agreed with the user less often than the classifier, by "
+                f"{gap} ({share}): against the paper."
+            )
         else:
-            words = f"Luce’s scorer and the classifier could not be told apart ({gap} between them; {share}): the paper’s difference did not show."
+            words = (
+                f"Luce’s scorer and the classifier could not be told apart ({gap} between them; "
+                f"{share}): the paper’s difference did not show."
+            )
         sentences.append(lead + words)
     frame = runs_at(experiment, experiment.dwells[0])
     for scorer, paper in ((experiment.luce, LUCE_TOP1), (experiment.classifier, CLASSIFIER_TOP1)):
@@ -184,14 +193,15 @@ def _ceiling_words(experiment: Experiment) -> list[str]:
         best = _reward_mean(experiment, GROUND_TRUTH, dwell).value
         if not best - alone > 0:
             continue
-        parts = [
-            f"{experiment.label(s)} {100 * (_reward_mean(experiment, s, dwell).value - alone) / (best - alone):.0f} %"
-            for s in experiment.scorers
-            if s not in (NONE, GROUND_TRUTH)
-        ]
+        shares = {
+            name: 100 * (_reward_mean(experiment, name, dwell).value - alone) / (best - alone)
+            for name in experiment.scorers
+            if name not in (NONE, GROUND_TRUTH)
+        }
+        parts = [f"{experiment.label(name)} {share:.0f} %" for name, share in shares.items()]
         sentences.append(
-            f"Of the {number(best - alone, 0)} points that ground truth adds to a fleet that nobody "
-            f"helps (dwell {dwell}), the scorers add: {listed(parts)}."
+            f"Of the {number(best - alone, 0)} points that ground truth adds to a fleet that "
+            f"nobody helps (dwell {dwell}), the scorers add: {listed(parts)}."
         )
     return sentences
 
@@ -207,5 +217,3 @@ def policy_means(experiment: Experiment, dwell: int) -> list[tuple[str, Mean, Me
         )
         for scorer in experiment.scorers
     ]
-
-

@@ -98,7 +98,5 @@ def _correction(experiment: Experiment) -> Iterator[Contrast | None]:
             ("team_reward", "team reward", "points"),
         ):
             wide = by_scorer(runs_at(experiment, dwell), measure)
-            words = f"{words}, dwell {dwell}"
-            yield paired("correction", words, unit, wide, CORRECTED, part["scorer"])
-
-
+            named = f"{words}, dwell {dwell}"
+            yield paired("correction", named, unit, wide, CORRECTED, part["scorer"])

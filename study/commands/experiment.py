@@ -50,7 +50,7 @@ def experiment(
 
     Results do not depend on how many processes or machines ran it.
     """
-    from study.experiment.protocol import load_experiment  # noqa: PLC0415 - slow to import
+    from study.experiment.protocol import SeedSet, load_experiment  # noqa: PLC0415 - slow to import
     from study.experiment.running import missing_trials, run_trials  # noqa: PLC0415
 
     if jobs == 0:
@@ -59,7 +59,7 @@ def experiment(
     plan = loaded.protocol.experiment
     folder = output or Path("results") / (plan.name + ("-development" if development else ""))
     count = plan.trials if trials is None else trials
-    seeds = "development" if development else "held_out"
+    seeds: SeedSet = "development" if development else "held_out"
     missing = missing_trials(loaded, seeds, count, folder)
     there = count - len(missing)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())

@@ -164,9 +164,7 @@ class _Asked:
             if hasattr(scorer, "begin"):
                 scorer.begin((len(self._places[name]) + 1) * robots, seed)
 
-    def at(
-        self, states: npt.NDArray[np.float32]
-    ) -> tuple[npt.NDArray[np.int64], Floats, Floats]:
+    def at(self, states: npt.NDArray[np.float32]) -> tuple[npt.NDArray[np.int64], Floats, Floats]:
         """Ask about states float32 [F, n, d].
 
         Returns:

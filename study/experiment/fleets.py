@@ -75,7 +75,8 @@ class Fleets:
             self._episodes += ended
             states = self._task.reset(ended, self._episode_seeds(ended))
         self._set(states)
-        return step.rewards.astype(np.float64).reshape(self._shape)
+        rewards: Floats = step.rewards.astype(np.float64).reshape(self._shape)
+        return rewards
 
     def policy_actions(self, policy: Policy, random: np.random.Generator) -> Actions:
         """Return what a deterministic policy does in every state, int32 [F, n].

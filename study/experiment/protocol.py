@@ -254,9 +254,7 @@ def parse_experiment(text: str, source: str) -> ExperimentProtocol:
         hint = "it has no [experiment]; a study with people or participants is for study run"
         raise ProtocolError(source, [f"no experiment: {hint} and study simulate"])
     try:
-        protocol = ExperimentProtocol.model_validate_json(
-            json.dumps(raw, default=str), strict=True
-        )
+        protocol = ExperimentProtocol.model_validate_json(json.dumps(raw, default=str), strict=True)
     except ValidationError as error:
         problems = list(validation_problems(error, ExperimentProtocol, given_file=raw))
         raise ProtocolError(source, problems) from error

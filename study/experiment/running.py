@@ -7,14 +7,17 @@ its arguments to processes that were started anew, never forked.
 
 from __future__ import annotations
 
+import hashlib
 import importlib.metadata
 import platform
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from study.errors import StudyError
 from study.experiment.protocol import LoadedExperiment, SeedSet
+from study.simulated.trained_user import WEIGHTS
 from study.trial_files import (
     Head,
     Tables,
@@ -32,14 +35,17 @@ RETRIES = 5
 Finished = tuple[int, Tables, float]
 
 
-def versions() -> dict[str, str]:
-    """Return the versions of what computes results, by name."""
+def versions(task: str) -> dict[str, str]:
+    """Return the versions of what computes results, by name; of the task's user its hash."""
     found = {"python": platform.python_version()}
     for name in PACKAGES:
         try:
             found[name] = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:
             found[name] = "not installed"
+    user = WEIGHTS / f"{task}.safetensors"
+    if user.is_file():
+        found["trained user"] = hashlib.sha256(user.read_bytes()).hexdigest()[:16]
     return found
 
 
@@ -53,7 +59,7 @@ def missing_trials(
     Raises:
         StudyError: the folder is not for these results.
     """
-    head = Head(loaded.text, loaded.sha256, seeds, versions())
+    head = Head(loaded.text, loaded.sha256, seeds, versions(loaded.protocol.task.name))
     write_head(folder, head)
     done = set()
     for path in trial_paths(folder):
@@ -95,7 +101,7 @@ def run_trials(
         if scheduler
         else _on_cores(loaded.text, seeds, trials, jobs)
     )
-    made_with = versions()
+    made_with = versions(loaded.protocol.task.name)
     for trial, tables, seconds in finished:
         write_trial(
             folder,
@@ -118,9 +124,7 @@ def timed_trial(text: str, seeds: SeedSet, trial: int) -> Finished:
     return trial, tables, time.perf_counter() - began
 
 
-def _on_cores(
-    text: str, seeds: SeedSet, trials: Sequence[int], jobs: int
-) -> Iterator[Finished]:
+def _on_cores(text: str, seeds: SeedSet, trials: Sequence[int], jobs: int) -> Iterator[Finished]:
     from joblib import Parallel, delayed, parallel_config  # noqa: PLC0415
     from joblib.externals.loky.process_executor import TerminatedWorkerError  # noqa: PLC0415
 
@@ -142,15 +146,16 @@ def _on_cluster(
     text: str, seeds: SeedSet, trials: Sequence[int], address: str
 ) -> Iterator[Finished]:
     try:
-        from distributed import Client, as_completed  # noqa: PLC0415
+        import distributed  # noqa: PLC0415
         from distributed.scheduler import KilledWorker  # noqa: PLC0415
     except ImportError as error:
         raise StudyError(
             "a Dask cluster needs the packages dask and distributed",
             'Install the extra: pip install "scaled-autonomy[cluster]".',
         ) from error
+    cluster: Any = distributed
     try:
-        client = Client(address, timeout="10s", set_as_default=False)
+        client: Any = cluster.Client(address, timeout="10s", set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise StudyError(
             f"no Dask scheduler answers at {address}: {error}",
@@ -167,7 +172,7 @@ def _on_cluster(
             for trial in trials
         ]
         try:
-            for future in as_completed(futures):
+            for future in cluster.as_completed(futures):
                 finished: Finished = future.result()
                 yield finished
         except KilledWorker as error:

@@ -233,9 +233,7 @@ def _sensitivity(world: World) -> list[Row]:
     return rows
 
 
-def _agreements(
-    world: World, phi: Scorer, choices: Arrays, dial: str, setting: float
-) -> list[Row]:
+def _agreements(world: World, phi: Scorer, choices: Arrays, dial: str, setting: float) -> list[Row]:
     dials, three = world.protocol.sensitivity, world.protocol.phase_three
     names = dials.scorers if dials else ()
     scorers: Mapping[str, Scorer] = {
@@ -291,5 +289,3 @@ def _fleet_sizes(world: World, scorers: Mapping[str, Scorer]) -> list[Row]:
             for run in runs
         ]
     return rows
-
-

@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -46,11 +47,13 @@ def _free_port() -> int:
 
 
 def _workers(address: str) -> int:
-    from distributed import Client
+    import distributed
+
+    cluster: Any = distributed
 
     with (
         contextlib.suppress(OSError, TimeoutError),
-        Client(address, timeout="2s", set_as_default=False) as client,
+        cluster.Client(address, timeout="2s", set_as_default=False) as client,
     ):
         return len(client.scheduler_info(n_workers=-1)["workers"])
     return 0
@@ -97,9 +100,7 @@ def test_no_scheduler_is_one_message(tmp_path: Path) -> None:
     protocol = small_experiment(tmp_path)
     command = [sys.executable, "-m", "study.commands.main", "experiment", str(protocol)]
     command += ["-o", str(tmp_path / "x"), "--scheduler", f"tcp://127.0.0.1:{_free_port()}"]
-    done = subprocess.run(
-        command, capture_output=True, text=True, timeout=PATIENCE_S, check=False
-    )
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     assert done.returncode == 2
     assert "no Dask scheduler answers" in done.stderr
     assert "Traceback" not in done.stderr

@@ -26,7 +26,6 @@ TEXT = "[experiment]\n"
 
 def _head() -> Head:
 
-
     return Head(TEXT, hashlib.sha256(TEXT.encode()).hexdigest(), "held_out", {"python": "3"})
 
 
@@ -66,7 +65,8 @@ def test_hashes_are_of_results_not_of_times(tmp_path: Path) -> None:
     """Equal results have equal hashes, however long they took; another number changes them."""
     write_head(tmp_path / "results", _head())
     paths = [
-        _write(tmp_path / "results", 0, *numbers) for numbers in ((1.0, 1.0), (1.0, 9.0), (2.0, 1.0))
+        _write(tmp_path / "results", 0, *numbers)
+        for numbers in ((1.0, 1.0), (1.0, 9.0), (2.0, 1.0))
     ]
     assert paths[0] == paths[1]
     hashes = []
@@ -106,9 +106,7 @@ def test_a_row_of_another_shape_is_never_written(tmp_path: Path) -> None:
         tables = _tables(0)
         tables["runs"][0] = tables["runs"][0] | change
         with pytest.raises(StudyError):
-            write_trial(
-                tmp_path, 0, tables, protocol_sha256="", seconds=0.0, versions={}
-            )
+            write_trial(tmp_path, 0, tables, protocol_sha256="", seconds=0.0, versions={})
     assert list(tmp_path.iterdir()) == []
 
 

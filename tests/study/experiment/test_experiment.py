@@ -12,10 +12,11 @@ from study.errors import ProtocolError
 from study.events.codes import Outcome
 from study.experiment.choices import asked_choices, first_rows, free_choices, joined
 from study.experiment.driving import drive
-from study.experiment.fleets import Fleets, drawn_actions
+from study.experiment.fleets import Fleets, Floats, States, drawn_actions
 from study.experiment.protocol import load_experiment, parse_experiment
 from study.experiment.trial import run_trial
 from study.experiment.world import World
+from study.scorers.base import Scorer
 from study.scorers.random import RandomScorer
 from study.tasks import navigation
 
@@ -29,9 +30,7 @@ def world(tmp_path_factory: pytest.TempPathFactory) -> World:
 
 def _fleets(fleets: int, *, paired: bool) -> Fleets:
     parameters = {"horizon": 5}
-    return Fleets(
-        navigation, parameters, fleets=fleets, robots=3, seed=1, name="x", paired=paired
-    )
+    return Fleets(navigation, parameters, fleets=fleets, robots=3, seed=1, name="x", paired=paired)
 
 
 def test_paired_fleets_differ_only_by_what_is_done() -> None:
@@ -96,10 +95,14 @@ def test_agreement_and_reward_of_fleets(world: World) -> None:
     """Phi agrees with itself always, its reverse never, a random scorer about once in n."""
 
     class Reverse:
-        def scores(self, states: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+        def scores(self, states: States) -> Floats:
             return -world.phi.scores(states)
 
-    scorers = {"ground_truth": world.phi, "reverse": Reverse(), "random": RandomScorer()}
+    scorers: dict[str, Scorer] = {
+        "ground_truth": world.phi,
+        "reverse": Reverse(),
+        "random": RandomScorer(),
+    }
     runs = drive(
         world, world.phi, scorers, dwells=(1, 5), robots=6, timesteps=200, name="x",
         unassisted=True,
@@ -115,7 +118,7 @@ def test_agreement_and_reward_of_fleets(world: World) -> None:
 
 def test_a_run_does_not_depend_on_who_else_runs(world: World) -> None:
     """A scorer's fleet earns the same alone and beside others: pairing shares, never mixes."""
-    every = {"ground_truth": world.phi, "random": RandomScorer()}
+    every: dict[str, Scorer] = {"ground_truth": world.phi, "random": RandomScorer()}
     both = drive(world, world.phi, every, dwells=(1, 5), robots=4, timesteps=40, name="x")
     alone = drive(
         world, world.phi, {"ground_truth": world.phi}, dwells=(5,), robots=4, timesteps=40, name="x"
@@ -129,10 +132,7 @@ def test_a_trial_repeats_and_its_sets_share_no_world(tmp_path: Path) -> None:
     protocol = load_experiment(str(small_experiment(tmp_path))).protocol
     first = run_trial(protocol, "held_out", 2)
     assert first == run_trial(protocol, "held_out", 2)
-    seeds = {
-        run["worlds"][0]["seed"]
-        for run in (first, run_trial(protocol, "development", 2))
-    }
+    seeds = {run["worlds"][0]["seed"] for run in (first, run_trial(protocol, "development", 2))}
     assert len(seeds) == 2
 
 
