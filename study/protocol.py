@@ -314,6 +314,8 @@ def parse_protocol(text: str, source: str) -> Protocol:
         raw = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ProtocolError(source, [f"not TOML: {error}"]) from error
+    if "experiment" in raw and "study" not in raw:
+        raise ProtocolError(source, ["an experiment, not a study: run it with study experiment"])
     try:
         # By way of JSON pydantic can be strict ("2" and true are no numbers) and yet take
         # arrays for tuples.

@@ -10,8 +10,10 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import platform
+import threading
 import time
 from collections.abc import Iterator, Sequence
+from concurrent.futures import CancelledError
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +33,9 @@ from study.trial_files import (
 PACKAGES = ("scaled-autonomy", "numpy", "scipy", "torch", "safetensors")
 RETRIES = 5
 """How often a trial is given to another worker of a cluster after its own died."""
+
+_one_at_a_time = threading.Lock()
+"""torch's seeds belong to a process: two trials in threads of one would disturb each other."""
 
 Finished = tuple[int, Tables, float]
 
@@ -119,9 +124,10 @@ def timed_trial(text: str, seeds: SeedSet, trial: int) -> Finished:
     # Workers import what computes when they first need it.
     from study.experiment.trial import run_trial_from_text  # noqa: PLC0415
 
-    began = time.perf_counter()
-    tables = run_trial_from_text(text, seeds, trial)
-    return trial, tables, time.perf_counter() - began
+    with _one_at_a_time:
+        began = time.perf_counter()
+        tables = run_trial_from_text(text, seeds, trial)
+        return trial, tables, time.perf_counter() - began
 
 
 def _on_cores(text: str, seeds: SeedSet, trials: Sequence[int], jobs: int) -> Iterator[Finished]:
@@ -172,11 +178,16 @@ def _on_cluster(
             for trial in trials
         ]
         try:
-            for future in cluster.as_completed(futures):
+            for future in cluster.as_completed(futures, loop=client.loop):
                 finished: Finished = future.result()
                 yield finished
         except KilledWorker as error:
             raise StudyError(
                 "the cluster's workers died again and again on one trial",
                 "Look at their memory; run the command again: finished trials are kept.",
+            ) from error
+        except (CancelledError, OSError) as error:
+            raise StudyError(
+                f"the connection to the Dask scheduler at {address} was lost",
+                "Run the command again: finished trials are kept.",
             ) from error

@@ -87,8 +87,8 @@ def run_trial_from_text(text: str, seeds: SeedSet, trial: int) -> Tables:
 
     # With more threads a matrix product may round otherwise: results would differ by machine.
     torch.set_num_threads(1)
-    with threadpool_limits(limits=1):
-        return run_trial(parse_experiment(text, "the experiment"), seeds, trial)
+    threadpool_limits(limits=1)
+    return run_trial(parse_experiment(text, "the experiment"), seeds, trial)
 
 
 def fitted_scorers(world: World, choices: Arrays) -> dict[str, Scorer]:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from study.layouts import named_layout
-from study.tasks._navigation_parameters import FULL_HEALTH, NOISE_LIMIT, Parameters
+from study.tasks._navigation_parameters import FULL_HEALTH, Parameters
 from study.tasks.base import Floats, Ints, Mask
 from study.terrain import Terrain
 
