@@ -10,7 +10,8 @@ from typing import Any
 import pandas as pd
 
 from study.errors import StudyError
-from study.trial_files import COLUMNS, Results, read_results
+from study.trial_files import Results, read_results
+from study.trial_tables import COLUMNS
 
 GROUND_TRUTH, CORRECTED, NONE = "ground_truth", "corrected", "none"
 

@@ -22,7 +22,8 @@ from analysis.experiment.paper import beside_the_paper, in_words
 from analysis.experiment.questions import hypotheses
 from analysis.files import make_folder, write_json, write_text
 from analysis.formatting import NO_BREAK, p_value
-from study.trial_files import COLUMNS, results_sha256
+from study.trial_files import results_sha256
+from study.trial_tables import COLUMNS
 
 
 def write_experiment_tables(experiment: Experiment, folder: Path) -> None:

@@ -186,6 +186,11 @@ def _on_cluster(
                 "the cluster's workers died again and again on one trial",
                 "Look at their memory; run the command again: finished trials are kept.",
             ) from error
+        except (ImportError, RuntimeError) as error:
+            raise StudyError(
+                f"the cluster's workers cannot run a trial: {str(error).splitlines()[0]}",
+                "Install the same version of the program on every machine.",
+            ) from error
         except (CancelledError, OSError) as error:
             raise StudyError(
                 f"the connection to the Dask scheduler at {address} was lost",

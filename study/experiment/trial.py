@@ -40,7 +40,7 @@ def run_trial(protocol: ExperimentProtocol, seeds: SeedSet, trial: int) -> Table
         trial: its number, from 0.
 
     Returns:
-        Rows by table; see `study.trial_files` for the tables' columns.
+        Rows by table; see `study.trial_tables` for the tables' columns.
     """
     world = World(protocol, stream_seed(protocol.world_seed_of(seeds), "world", trial))
     part = protocol.phase_two

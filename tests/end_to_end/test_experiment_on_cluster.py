@@ -16,10 +16,12 @@ from typing import Any
 import pytest
 
 from patience import PATIENCE_S
+from protocols import ROOT
 from small_experiment import small_experiment
 from study.trial_files import read_results, results_sha256
 
 pytest.importorskip("distributed", reason="needs the extra cluster")
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
 TRIALS = 6
 
 
@@ -31,7 +33,7 @@ def _process(*arguments: str, folder: Path) -> Iterator[subprocess.Popen[bytes]]
         cwd=folder,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
-        env={**os.environ, "DASK_DISTRIBUTED__DASHBOARD__LINK": ""},
+        env=ENVIRONMENT,
     )
     try:
         yield process
@@ -77,7 +79,9 @@ def test_a_worker_killed_in_mid_run_changes_nothing(tmp_path: Path) -> None:
         deadline = time.monotonic() + PATIENCE_S
         while _workers(address) < 2:
             assert time.monotonic() < deadline
-        run = subprocess.Popen([*command, "-o", str(there), "--scheduler", address])
+        run = subprocess.Popen(
+            [*command, "-o", str(there), "--scheduler", address], env=ENVIRONMENT
+        )
         while not list(there.glob("trial_*.json")):
             assert run.poll() is None
             assert time.monotonic() < deadline
@@ -87,9 +91,12 @@ def test_a_worker_killed_in_mid_run_changes_nothing(tmp_path: Path) -> None:
         assert run.wait(timeout=PATIENCE_S) == 0
         assert second.poll() is None
     subprocess.run(
-        [*command, "-o", str(here), "--jobs", "1"], check=True, timeout=PATIENCE_S,
+        [*command, "-o", str(here), "--jobs", "1"],
+        check=True,
+        timeout=PATIENCE_S,
+        env=ENVIRONMENT,
         capture_output=True,
-    )  # fmt: skip
+    )
     found = [read_results(folder) for folder in (here, there)]
     assert [len(each.trials) for each in found] == [TRIALS, TRIALS]
     assert results_sha256(found[0].trials) == results_sha256(found[1].trials)
@@ -100,7 +107,9 @@ def test_no_scheduler_is_one_message(tmp_path: Path) -> None:
     protocol = small_experiment(tmp_path)
     command = [sys.executable, "-m", "study.commands.main", "experiment", str(protocol)]
     command += ["-o", str(tmp_path / "x"), "--scheduler", f"tcp://127.0.0.1:{_free_port()}"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    done = subprocess.run(
+        command, capture_output=True, text=True, timeout=PATIENCE_S, env=ENVIRONMENT, check=False
+    )
     assert done.returncode == 2
     assert "no Dask scheduler answers" in done.stderr
     assert "Traceback" not in done.stderr

@@ -10,9 +10,11 @@ import time
 from pathlib import Path
 
 from patience import PATIENCE_S
+from protocols import ROOT
 from small_experiment import small_experiment
 from study.trial_files import read_results, results_sha256
 
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
 TRIALS = 5
 
 
@@ -33,14 +35,18 @@ def test_a_killed_run_goes_on_and_nothing_differs(tmp_path: Path) -> None:
     protocol = small_experiment(tmp_path)
     whole, killed = tmp_path / "whole", tmp_path / "killed"
     subprocess.run(
-        _command(protocol, whole, "--jobs", "1"), check=True, timeout=PATIENCE_S,
+        _command(protocol, whole, "--jobs", "1"),
+        check=True,
+        timeout=PATIENCE_S,
+        env=ENVIRONMENT,
         capture_output=True,
-    )  # fmt: skip
+    )
 
     process = subprocess.Popen(
         _command(protocol, killed, "--jobs", "2"),
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
+        env=ENVIRONMENT,
         start_new_session=True,
     )
     deadline = time.monotonic() + PATIENCE_S
@@ -56,9 +62,13 @@ def test_a_killed_run_goes_on_and_nothing_differs(tmp_path: Path) -> None:
     there[0].write_text(there[0].read_text()[:-20])
 
     done = subprocess.run(
-        _command(protocol, killed, "--jobs", "2"), check=True, timeout=PATIENCE_S,
-        capture_output=True, text=True,
-    )  # fmt: skip
+        _command(protocol, killed, "--jobs", "2"),
+        check=True,
+        timeout=PATIENCE_S,
+        env=ENVIRONMENT,
+        capture_output=True,
+        text=True,
+    )
     assert _hash(killed) == _hash(whole)
     assert {path: path.stat().st_mtime_ns for path in kept} == kept
     assert f"{len(kept)} were there" in done.stdout or not kept

@@ -10,7 +10,6 @@ import pytest
 
 from study.errors import StudyError
 from study.trial_files import (
-    COLUMNS,
     Head,
     Tables,
     file_name,
@@ -20,6 +19,7 @@ from study.trial_files import (
     write_head,
     write_trial,
 )
+from study.trial_tables import COLUMNS
 
 TEXT = "[experiment]\n"
 

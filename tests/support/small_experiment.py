@@ -20,7 +20,7 @@ SMALLER = {
     "trials = (30|6)\\n": "trials = 1\\n",
     "temperatures = .*": "temperatures = [1.0]",
     "runs = \\[.*": "runs = [1, 2]",
-    "hidden = \\[16, 64\\]": "hidden = [4]",
+    "hidden = \\[16, 64, 128\\]": "hidden = [4]",
     "sizes = .*": "sizes = [4, 40]",
 }
 
