@@ -95,27 +95,32 @@ def origin(experiment: Experiment) -> str:
 
 def headline(tests: dict[str, list[Contrast]]) -> str:
     """Say in a sentence how H1 and H2 fell against the classifier."""
-    words = {
-        "higher": "more",
-        "lower": "less",
-        "undecided": "neither clearly more nor less",
-    }
-    parts = []
     prediction = tests.get(PREDICTION, [])
-    if prediction:
-        kinds = {test.verdict for test in prediction}
-        kind = words[kinds.pop()] + " often" if len(kinds) == 1 else "not in all states more often"
-        parts.append(
-            f"A scorer learned by Luce’s model named the user’s robot {kind} than a classifier"
-        )
-    reward = [
-        test for test in tests.get(REWARD, []) if prediction and test.second == prediction[0].second
-    ]
-    if reward:
-        kinds = {test.verdict for test in reward}
-        kind = words[kinds.pop()] if len(kinds) == 1 else "not under every dwell more"
-        parts.append(f"its fleet earned {kind}")
-    return (", and ".join(parts) + ".") if parts else "Means over trials of each scorer."
+    if not prediction:
+        return "Means over trials of each scorer."
+    rival = prediction[0].second
+    named = (
+        f"A scorer learned by Luce’s model named the user’s robot {_compared(prediction, 'often')}"
+    )
+    reward = [test for test in tests.get(REWARD, []) if test.second == rival]
+    earned = f", and its fleet earned {_compared(reward)}" if reward else ""
+    return f"{named} than a classifier{earned}."
+
+
+def _compared(tests: list[Contrast], word: str = "") -> str:
+    """Say whether something was more, less or neither, in all or in some of what was compared."""
+    kinds = {test.verdict for test in tests}
+    more, less = f"more {word}".strip(), f"less {word}".strip()
+    if kinds == {"higher"}:
+        return more
+    if kinds == {"lower"}:
+        return less
+    if kinds == {"undecided"}:
+        return f"neither clearly {more} nor {less}"
+    share = f"in {sum(test.verdict == 'higher' for test in tests)} of {len(tests)} comparisons"
+    if "lower" not in kinds:
+        return f"{more} ({share}; in the others they could not be told apart)"
+    return f"{more} in some comparisons and {less} in others"
 
 
 def in_percent(mean: Mean) -> Mean:
