@@ -17,9 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from study.errors import StudyError
-from study.events.task_description import StateField
-from study.features import encode, range_standardisation
 from study.perceptron import Perceptron, read_weights
+from study.simulated.landmarks import Landmarks
 
 FORMAT = 1
 WEIGHTS = Path(__file__).parent / "users"
@@ -49,6 +48,8 @@ class TrainedUser:
     Attributes:
         made_of: what the weights say of themselves: task, parameters, seed, command, versions.
         discount: gamma, per timestep.
+        sha256: of the weights' names, shapes and numbers.
+        state_names: of the state's fields.
         keys: for each action the name of the key that does it; "" for none.
 
     Args:
@@ -69,12 +70,13 @@ class TrainedUser:
                 "Train the user anew with study train-user.",
             )
         try:
-            self._fields = tuple(StateField(**field) for field in made_of["fields"])
+            self._landmarks = Landmarks.from_json(made_of["landmarks"])
+            self.state_names = tuple(field.name for field in self._landmarks.fields)
             self.keys: tuple[str, ...] = tuple(map(str, made_of["keys"]))
             self.discount = float(made_of["discount"])
-            if not self._fields or not 0.0 < self.discount < 1.0:
-                raise ValueError("there are no state fields, or the discount is not below 1")
-            inputs = self._features(np.zeros((1, len(self._fields)), np.float32)).shape[1]
+            if not 0.0 < self.discount < 1.0:
+                raise ValueError("the discount is not between 0 and 1")
+            inputs = self._landmarks.size
             self._actor = Perceptron.from_tensors(tensors, "actor", inputs, len(self.keys))
             self._values = Perceptron.from_tensors(tensors, "values", inputs, 1)
         except (KeyError, TypeError, ValueError) as error:
@@ -84,6 +86,7 @@ class TrainedUser:
             ) from error
         self.made_of = dict(made_of)
         self.source = source
+        self.sha256 = _tensors_sha256(tensors)
 
     @classmethod
     def shipped(cls, task_name: str, parameters: Mapping[str, object] | None = None) -> TrainedUser:
@@ -154,7 +157,7 @@ class TrainedUser:
         Returns:
             float64 [n, actions]; rows add up to 1.
         """
-        logits = self._actor(self._features(states))
+        logits = self._actor(self._landmarks.features(states))
         weights = np.exp(logits - logits.max(axis=-1, keepdims=True))
         chances: Floats = weights / weights.sum(axis=-1, keepdims=True)
         return chances
@@ -186,7 +189,12 @@ class TrainedUser:
         Returns:
             float64 [n], points.
         """
-        return self._values(self._features(states))[..., 0]
+        return self._values(self._landmarks.features(states))[..., 0]
 
-    def _features(self, states: States) -> Floats:
-        return encode(states, self._fields, standard=range_standardisation(self._fields))
+
+def _tensors_sha256(tensors: Mapping[str, npt.NDArray[Any]]) -> str:
+    digest = hashlib.sha256()
+    for name in sorted(tensors):
+        digest.update(f"{name} {tensors[name].dtype} {tensors[name].shape}\n".encode())
+        digest.update(np.ascontiguousarray(tensors[name]).tobytes())
+    return digest.hexdigest()

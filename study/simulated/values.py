@@ -15,9 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from study.events.codes import Outcome
-from study.events.task_description import StateField
-from study.features import encode, range_standardisation
 from study.perceptron import Perceptron
+from study.simulated.landmarks import Landmarks
 from study.simulated.rollouts import Rollouts
 from study.simulated.value_gain import Valuing
 
@@ -31,7 +30,7 @@ class FittedValues:
 
     Attributes:
         network: features to V, in deviations from the mean.
-        fields: the state's fields.
+        landmarks: what turns states into features.
         mean: of V over the data that it was fitted to, points.
         deviation: of the same, points.
         r_squared: agreement with held-out Monte-Carlo rollouts; 1 is perfect, 0 no better
@@ -39,7 +38,7 @@ class FittedValues:
     """
 
     network: Perceptron
-    fields: tuple[StateField, ...]
+    landmarks: Landmarks
     mean: float
     deviation: float
     r_squared: float
@@ -53,8 +52,7 @@ class FittedValues:
         Returns:
             float64 [n], points.
         """
-        standard = range_standardisation(self.fields)
-        scaled = self.network(encode(states, self.fields, standard=standard))[..., 0]
+        scaled = self.network(self.landmarks.features(states))[..., 0]
         return self.mean + self.deviation * scaled
 
     def unscaled(self) -> Perceptron:

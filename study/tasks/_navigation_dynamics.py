@@ -140,16 +140,23 @@ class Dynamics:
         # Places are rounded before they are checked: what is kept is what was found legal.
         wanted_x = (x + travel * np.cos(heading) + error[0]).astype(np.float32)
         wanted_y = (y + travel * np.sin(heading) + error[1]).astype(np.float32)
-        try_x = np.array([wanted_x, wanted_x, x, x])
-        try_y = np.array([wanted_y, y, wanted_y, y])
-        legal = self.terrain.is_legal(try_x, try_y)
-        legal[3] = True
-        first = legal.argmax(axis=0)
-        rows = np.arange(len(x))
-        x, y = try_x[first, rows], try_y[first, rows]
+        x, y = self._slid(x, y, wanted_x.astype(np.float64), wanted_y.astype(np.float64))
 
         heading = (heading + turn + error[2] + np.pi) % (2 * np.pi) - np.pi
         heading = np.minimum(np.maximum(heading, -_HALF_TURN), _HALF_TURN)
         health = health - self.parameters.hazard_damage * self.terrain.in_hazard(x, y)
         health += self.parameters.pack_heal * self.terrain.at_pack(x, y)
         return np.array([x, y, heading, np.minimum(np.maximum(health, 0.0), FULL_HEALTH)])
+
+    def _slid(self, x: Exact, y: Exact, wanted_x: Exact, wanted_y: Exact) -> tuple[Exact, Exact]:
+        """Return where robots at x, y [n] come that want to be elsewhere; `wanted_*` change."""
+        blocked = (~self.terrain.is_legal(wanted_x, wanted_y)).nonzero()[0]
+        if len(blocked):
+            try_x = np.array([wanted_x[blocked], x[blocked], x[blocked]])
+            try_y = np.array([y[blocked], wanted_y[blocked], y[blocked]])
+            legal = self.terrain.is_legal(try_x[:2], try_y[:2])
+            first = np.where(legal[0], 0, np.where(legal[1], 1, 2))
+            columns = np.arange(len(blocked))
+            wanted_x[blocked] = try_x[first, columns]
+            wanted_y[blocked] = try_y[first, columns]
+        return wanted_x, wanted_y

@@ -19,9 +19,9 @@ import torch
 from pydantic import BaseModel, ConfigDict, Field
 
 from study.events.codes import Outcome
-from study.features import encode, range_standardisation
 from study.perceptron import Perceptron
 from study.seeding import generator, stream_seed
+from study.simulated.landmarks import Landmarks
 from study.tasks.base import PlaceableTask
 
 States = npt.NDArray[np.float32]
@@ -39,14 +39,17 @@ class ActorCriticParameters(BaseModel):
     discount: float = Field(0.99, gt=0, lt=1, description="gamma, per timestep")
     updates: int = Field(60_000, ge=1, description="gradient steps")
     robots: int = Field(64, ge=2, description="robots that gather experience side by side")
-    updates_a_timestep: int = Field(8, ge=1, description="gradient steps for each fleet timestep")
+    updates_a_timestep: int = Field(2, ge=1, description="gradient steps for each fleet timestep")
+    episode_timesteps: int = Field(
+        40, ge=1, description="timesteps after which a robot starts anew; to learning no end"
+    )
     spread_starts: float = Field(
-        0.5, ge=0, le=1, description="part of the episodes that start anywhere on the map"
+        0.8, ge=0, le=1, description="part of the episodes that start anywhere on the map"
     )
     memory: int = Field(400_000, ge=1, description="transitions kept")
     batch_size: int = Field(256, ge=1, description="transitions in a minibatch")
     learning_rate: float = Field(0.001, gt=0, description="Adam's step size at the start")
-    averaging: float = Field(0.005, gt=0, le=1, description="target critics' step to the critics")
+    averaging: float = Field(0.01, gt=0, le=1, description="target critics' step to the critics")
     first_timesteps: int = Field(200, ge=1, description="fleet timesteps driven at random first")
 
 
@@ -144,7 +147,7 @@ class Learner:
         actor_loss = (chances * (parameters.temperature * logs - least)).sum(dim=1).mean()
         for optimiser in self._optimisers:
             optimiser.zero_grad()
-        (critic_loss + actor_loss).backward()  # type: ignore[no-untyped-call]
+        (critic_loss + actor_loss).backward()
         for optimiser in self._optimisers:
             optimiser.step()
         with torch.no_grad():
@@ -184,19 +187,18 @@ class Experience:
     ) -> None:
         self._task, self._spread, self._parameters = task, spread, parameters
         self._seed = seed
+        self._landmarks = Landmarks.of(task.description)
         self._random = generator(seed, "experience")
         self._episodes = 0
         self._every = np.ones(task.robots, np.bool_)
         self._states = np.zeros((task.robots, len(task.description.state_fields)), np.float32)
         self._finished: list[float] = []
         self._points = np.zeros(task.robots)
-        self._own = np.zeros(task.robots, np.bool_)
         self._begin(self._every)
 
     def features(self, states: States) -> npt.NDArray[np.float64]:
         """Return the features [n, k] of states."""
-        fields = self._task.description.state_fields
-        return encode(states, fields, standard=range_standardisation(fields))
+        return self._landmarks.features(states)
 
     def gather(self, learner: Learner | None, memory: Memory) -> None:
         """Drive one timestep, at random without a learner, and remember it."""
@@ -213,12 +215,12 @@ class Experience:
         self._points += step.rewards
         ended = step.outcomes != Outcome.RUNNING
         if ended.any():
-            self._finished += self._points[ended & self._own].tolist()
+            self._finished += self._points[ended].tolist()
             self._begin(ended)
 
     def recent_points(self) -> float:
-        """Return the mean points of the latest 200 episodes from the task's own starts."""
-        return float(np.mean(self._finished[-200:])) if self._finished else math.nan
+        """Return the mean points of the latest 500 episodes, cut off as they are."""
+        return float(np.mean(self._finished[-500:])) if self._finished else math.nan
 
     def _begin(self, mask: npt.NDArray[np.bool_]) -> None:
         robots = self._task.robots
@@ -232,7 +234,6 @@ class Experience:
             placed = self._states.copy()
             placed[spread] = self._spread(self._random, int(spread.sum()))
             self._states = self._task.place(spread, placed)
-        self._own[mask] = ~spread[mask]
         self._points[mask] = 0.0
 
 
@@ -243,10 +244,11 @@ def train(
     seed: int,
     report: Callable[[int, float, float], None] | None = None,
 ) -> Perceptron:
-    """Train a policy; return its network, features (standardised by their ranges) to logits.
+    """Train a policy; return its network, features (see `study.simulated.landmarks`) to logits.
 
     Args:
-        task: a fleet of ``parameters.robots`` robots.
+        task: a fleet of ``parameters.robots`` robots whose horizon is
+            ``parameters.episode_timesteps``.
         spread: draws the starts of those episodes that begin anywhere.
         parameters: of the training.
         seed: of weights, starts, noise, actions and minibatches.

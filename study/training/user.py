@@ -19,6 +19,7 @@ from study.events.task_description import TaskDescription
 from study.families import load_member
 from study.perceptron import Perceptron
 from study.seeding import generator, stream_seed
+from study.simulated.landmarks import Landmarks
 from study.simulated.rollouts import Rollouts, roll_out
 from study.simulated.trained_user import FORMAT, TrainedUser, parameters_sha256
 from study.simulated.values import FittedValues
@@ -108,7 +109,9 @@ def make_user(
         command: that a reader would give to make the same user; kept with the weights.
         report: see `study.training.soft_actor_critic.train`.
     """
-    actor = train(course.fleet(training.robots), course.spread, training, seed, report)
+    fleet = course.fleet(training.robots, horizon=training.episode_timesteps)
+    actor = train(fleet, course.spread, training, seed, report)
+    landmarks = Landmarks.of(course.description)
     keys = [""] * len(course.description.action_names)
     for key, action in course.description.key_actions.items():
         keys[action] = key
@@ -118,7 +121,7 @@ def make_user(
         "task_version": course.description.version,
         "parameters": course.given(),
         "parameters_sha256": parameters_sha256(course.given()),
-        "fields": [dataclasses.asdict(field) for field in course.description.state_fields],
+        "landmarks": landmarks.to_json(),
         "actions": list(course.description.action_names),
         "keys": keys,
         "discount": training.discount,
@@ -128,7 +131,7 @@ def make_user(
         "versions": {"python": platform.python_version()}
         | {name: version(name) for name in _PACKAGES},
     }
-    nothing = Perceptron(actor.layers[:-1] + ((actor.layers[-1][0][:1], actor.layers[-1][1][:1]),))
+    nothing = Perceptron(((np.zeros((1, landmarks.size)), np.zeros(1)),))
     driver = TrainedUser(
         actor.tensors("actor") | nothing.tensors("values"), made_of, "the new user"
     )
@@ -161,7 +164,7 @@ def values_of(
     rollouts = spread_rollouts(course, driver, stream_seed(seed, "value_rollouts"), robots)
     held_out = spread_rollouts(course, driver, stream_seed(seed, "held_out"), robots // 4)
     parameters = ValueParameters(discount=discount, trace=trace)
-    return fit_values(rollouts, held_out, course.description.state_fields, parameters, seed)
+    return fit_values(rollouts, held_out, Landmarks.of(course.description), parameters, seed)
 
 
 def spread_rollouts(course: Course, driver: TrainedUser, seed: int, robots: int) -> Rollouts:

@@ -10,10 +10,9 @@ import numpy as np
 import torch
 from pydantic import BaseModel, ConfigDict, Field
 
-from study.events.task_description import StateField
-from study.features import encode, range_standardisation
 from study.perceptron import Perceptron
 from study.seeding import generator, stream_seed
+from study.simulated.landmarks import Landmarks
 from study.simulated.rollouts import Rollouts
 from study.simulated.values import FittedValues, agreement, lambda_returns
 
@@ -39,7 +38,7 @@ class ValueParameters(BaseModel):
 def fit_values(
     rollouts: Rollouts,
     held_out: Rollouts,
-    fields: tuple[StateField, ...],
+    landmarks: Landmarks,
     parameters: ValueParameters,
     seed: int,
 ) -> FittedValues:
@@ -49,14 +48,13 @@ def fit_values(
         rollouts: what is learned from; starts should be spread over all states of interest.
         held_out: other rollouts of the same policy, long enough for their discounted end not
             to count.
-        fields: the state's fields.
+        landmarks: what turns states into features.
         parameters: of the fit.
         seed: of initial weights and minibatches.
     """
     torch.set_num_threads(1)
     where = rollouts.running
-    standard = range_standardisation(fields)
-    features = encode(rollouts.states[:-1][where], fields, standard=standard)
+    features = landmarks.features(rollouts.states[:-1][where])
     inputs = torch.from_numpy(features).float()
     module = _module(inputs.shape[1], parameters.hidden, stream_seed(seed, "value_weights"))
     random = generator(seed, "value_batches")
@@ -66,10 +64,10 @@ def fit_values(
         mean, deviation = float(returns.mean()), float(returns.std()) or 1.0
         targets = torch.from_numpy((returns - mean) / deviation).float()
         _regress(module, inputs, targets, parameters, random)
-        fitted = FittedValues(_layers(module), fields, mean, deviation, math.nan)
+        fitted = FittedValues(_layers(module), landmarks, mean, deviation, math.nan)
     assert fitted is not None  # noqa: S101 - there is at least one round
     agreed = agreement(fitted, held_out, parameters.discount)
-    return FittedValues(fitted.network, fields, fitted.mean, fitted.deviation, agreed)
+    return FittedValues(fitted.network, landmarks, fitted.mean, fitted.deviation, agreed)
 
 
 def _module(inputs: int, hidden: Sequence[int], seed: int) -> torch.nn.Sequential:
