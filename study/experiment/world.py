@@ -15,6 +15,7 @@ from study.experiment.protocol import ExperimentProtocol, ValuesPart
 from study.families import load_member
 from study.policies.base import Arrays, Policy
 from study.seeding import generator, stream_seed
+from study.simulated.landmarks import Landmarks
 from study.simulated.rollouts import Rollouts, roll_out
 from study.simulated.trained_user import TrainedUser
 from study.simulated.value_gain import ValueGain
@@ -105,8 +106,8 @@ class World:
             batch_size=values.batch_size,
             learning_rate=values.learning_rate,
         )
-        fields = self.description.state_fields
-        return fit_values(*self._driven, fields, parameters, self.stream("values fit"))
+        landmarks = Landmarks.of(self.description)
+        return fit_values(*self._driven, landmarks, parameters, self.stream("values fit"))
 
     def fleets(self, name: str, *, fleets: int, robots: int, paired: bool) -> Fleets:
         """Return fleets of this world; see `Fleets`."""
