@@ -331,11 +331,8 @@ def parse_protocol(text: str, source: str) -> Protocol:
 
 def missing_paths(raw: object, assumptions: Iterable[str]) -> list[str]:
     """Return a problem for each assumption that is about no setting of the file."""
-    return [
-        f'assumptions: "{path}" names no setting of this file; write the key path of one'
-        for path in assumptions
-        if not _has_path(raw, path)
-    ]
+    words = "names no setting of this file; write the key path of one"
+    return [f'assumptions: "{path}" {words}' for path in assumptions if not _has_path(raw, path)]
 
 
 def _has_path(raw: object, path: str) -> bool:

@@ -34,8 +34,22 @@ def main(arguments: list[str]) -> int:
     FOLDER.mkdir(exist_ok=True)
     path = FOLDER / f"{name}{'-development' * development}.md"
     path.write_text(markdown(experiment, command, given.wall_time), encoding="utf-8")
+    _list_pages()
     print(path)
     return 0
+
+
+def _list_pages() -> None:
+    """Bring the list of pages in the folder's README up to date."""
+    readme = FOLDER / "README.md"
+    kept = [
+        line
+        for line in readme.read_text(encoding="utf-8").splitlines()
+        if not line.startswith("- ")
+    ]
+    pages = sorted(path.name for path in FOLDER.glob("*.md") if path != readme)
+    lines = [f"- [{name.removesuffix('.md')}]({name})" for name in pages]
+    readme.write_text("\n".join([*kept, *lines]).rstrip() + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
