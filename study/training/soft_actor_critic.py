@@ -37,7 +37,7 @@ class ActorCriticParameters(BaseModel):
     hidden: tuple[int, ...] = Field((128, 128), description="units of each hidden ReLU layer")
     temperature: float = Field(0.05, gt=0, description="alpha, points per nat of entropy")
     discount: float = Field(0.99, gt=0, lt=1, description="gamma, per timestep")
-    updates: int = Field(60_000, ge=1, description="gradient steps")
+    updates: int = Field(50_000, ge=1, description="gradient steps")
     robots: int = Field(64, ge=2, description="robots that gather experience side by side")
     updates_a_timestep: int = Field(2, ge=1, description="gradient steps for each fleet timestep")
     episode_timesteps: int = Field(
