@@ -239,7 +239,9 @@ def _spellings(key: str, info: typer.models.OptionInfo) -> list[str]:
     # Within Annotated, Typer keeps the first spelling in the place of the default.
     first = (info.default,) if isinstance(info.default, str) else ()
     given = [*first, *(info.param_decls or ())] or [f"--{key.replace('_', '-')}"]
-    return sorted(given, key=lambda word: not word.startswith("--"))
+    # A switch that is on unless it is turned off has both its spellings in one.
+    words = [word for spelling in given for word in spelling.split("/")]
+    return sorted(words, key=lambda word: not word.startswith("--"))
 
 
 def _type_word(plain: Any, info: typer.models.ParameterInfo) -> str:  # noqa: ANN401
