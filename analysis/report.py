@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
-from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from markupsafe import Markup
-
-from analysis import formatting
 from analysis.environment import analysis_files, digest
 from analysis.figures.paired_means import inferred
+from analysis.page import frame, page_environment
 from analysis.plan_status import plan_status
 from analysis.results import StudyResults
 from analysis.sections import (
@@ -33,9 +27,6 @@ from analysis.sections import (
 from analysis.statistics.cumulative_link import CumulativeLink
 from analysis.statistics.result import EffectResult
 
-TEMPLATES = Path(__file__).parent / "templates"
-FONTS = (("regular", 400, "normal"), ("semibold", 600, "normal"), ("italic", 400, "italic"))
-
 
 def render_report(results: StudyResults) -> str:
     """Return the report as HTML.
@@ -43,41 +34,16 @@ def render_report(results: StudyResults) -> str:
     Nothing in it depends on the time, the folder or the order of the files. All text from
     recordings is escaped.
     """
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters.update(
-        number=formatting.number,
-        fraction=formatting.fraction,
-        p_value=formatting.p_value,
-        interval=formatting.interval,
-        degrees=formatting.degrees,
-        statistic=formatting.statistic,
-        equation=formatting.equation,
-        effect=formatting.effect,
-        effect_symbol=formatting.effect_symbol,
-        listed=formatting.listed,
-        utc=formatting.utc,
-    )
+    environment = page_environment()
     environment.tests["computed"] = lambda outcome: isinstance(outcome, EffectResult)
     environment.tests["fitted"] = lambda outcome: isinstance(outcome, CumulativeLink)
-    style = environment.get_template("style.css.j2").render(
-        fonts=[(name, weight, slant, _font(name)) for name, weight, slant in FONTS],
-        footer=results.label.short if results.label.simulated else "",
-        protocol=_hexadecimal(results.study.protocol_hashes[0])[:12],
-    )
-    script = (TEMPLATES / "script.js").read_text(encoding="utf-8")
-    # Both are our own templates, filled with numbers and hexadecimal digits only.
-    style_markup, script_markup = Markup(style), Markup(script)  # noqa: S704
     page = environment.get_template("report.html.j2").render(
         r=results,
-        style=style_markup,
-        script=script_markup,
-        policy=_security_policy(style, script),
+        **frame(
+            environment,
+            results.label.short if results.label.simulated else "",
+            results.study.protocol_hashes[0],
+        ),
         **_context(results),
     )
     return page.rstrip() + "\n"
@@ -177,31 +143,3 @@ def _context(results: StudyResults) -> dict[str, Any]:
         "recording_versions": provenance.recording_versions(results),
         "downloads": provenance.downloads(results),
     }
-
-
-def _security_policy(style: str, script: str) -> str:
-    """Allow what the page carries itself, by hash, and nothing from anywhere else."""
-    return "; ".join(
-        [
-            "default-src 'none'",
-            "img-src data:",
-            "font-src data:",
-            f"style-src 'sha256-{_digest(style)}'",
-            f"script-src 'sha256-{_digest(script)}'",
-            "base-uri 'none'",
-            "form-action 'none'",
-        ]
-    )
-
-
-def _digest(text: str) -> str:
-    return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
-
-
-def _font(name: str) -> str:
-    content = (TEMPLATES / "fonts" / f"inter-{name}.woff2").read_bytes()
-    return f"data:font/woff2;base64,{base64.b64encode(content).decode()}"
-
-
-def _hexadecimal(text: str) -> str:
-    return "".join(letter for letter in text.lower() if letter in "0123456789abcdef")

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
@@ -315,6 +315,8 @@ def parse_protocol(text: str, source: str) -> Protocol:
         raw = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ProtocolError(source, [f"not TOML: {error}"]) from error
+    if "experiment" in raw and "study" not in raw:
+        raise ProtocolError(source, ["an experiment, not a study: run it with study experiment"])
     try:
         # By way of JSON pydantic can be strict ("2" and true are no numbers) and yet take
         # arrays for tuples.
@@ -322,14 +324,15 @@ def parse_protocol(text: str, source: str) -> Protocol:
     except ValidationError as error:
         problems = list(validation_problems(error, Protocol, given_file=raw))
         raise ProtocolError(source, problems) from error
-    missing = [path for path in protocol.assumptions if not _has_path(raw, path)]
-    if missing:
-        problems = [
-            f'assumptions: "{path}" names no setting of this file; write the key path of one'
-            for path in missing
-        ]
+    if problems := missing_paths(raw, protocol.assumptions):
         raise ProtocolError(source, problems)
     return protocol
+
+
+def missing_paths(raw: object, assumptions: Iterable[str]) -> list[str]:
+    """Return a problem for each assumption that is about no setting of the file."""
+    words = "names no setting of this file; write the key path of one"
+    return [f'assumptions: "{path}" {words}' for path in assumptions if not _has_path(raw, path)]
 
 
 def _has_path(raw: object, path: str) -> bool:

@@ -6,6 +6,7 @@ import typer
 
 from study.commands import (
     demo,
+    experiment,
     export_foxglove,
     gallery,
     lock,
@@ -37,6 +38,7 @@ def study(*, version: VersionOption = False) -> None:
 app.command("demo")(demo.demo)
 app.command("run")(run.run)
 app.command("simulate")(simulate.simulate)
+app.command("experiment")(experiment.experiment)
 app.command("replay")(replay.replay)
 app.command("recover")(recover.recover)
 app.command("export-foxglove")(export_foxglove.export_foxglove)
