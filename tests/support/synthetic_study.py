@@ -153,7 +153,7 @@ class Session:
         self.add(ev.FitRequested(self.now, request, artefact, kind, algorithm, rows, digest))
         seconds = 0.5 + float(self.generator.random())
         self.add(
-            FitCompleted(self.now, request, artefact, b"weights", seconds, names, values, grid)
+            FitCompleted(self.now, request, artefact, b"weights", seconds, names, values, grid, b"")
         )
         self.add(ev.FitApplied(self.now, request, artefact, kind, digest, names, values, grid))
 
