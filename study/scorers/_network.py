@@ -35,7 +35,7 @@ class NetworkParameters(BaseModel):
     )
     weight_decay: float = Field(0.1, ge=0, description="decoupled weight decay")
     warm_epochs: int = Field(
-        3,
+        2,
         ge=1,
         description="passes over the choices of a fit that goes on from one made in the "
         "background before the last trial",

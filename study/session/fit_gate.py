@@ -59,16 +59,16 @@ def shortcoming(gate: GatePart, found: Measured, given: FitEnd) -> str:
         (
             found.likelihood_gain >= gate.min_likelihood_gain,
             f"held-out log-likelihood {_written(found.likelihood_gain)} nats a choice above "
-            f"chance; at least {gate.min_likelihood_gain:g} needed",
+            f"chance, at least {gate.min_likelihood_gain:g} needed",
         ),
         (
             found.top1_gain >= gate.min_top1_gain,
-            f"held-out top-1 {_written(found.top1_gain)} above chance; at least "
+            f"held-out top-1 {_written(found.top1_gain)} above chance, at least "
             f"{gate.min_top1_gain:g} needed",
         ),
         (
             found.calibration_error <= gate.max_calibration_error,
-            f"calibration error {_written(found.calibration_error)}; at most "
+            f"calibration error {_written(found.calibration_error)}, at most "
             f"{gate.max_calibration_error:g} allowed",
         ),
     )
