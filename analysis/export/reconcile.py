@@ -15,11 +15,13 @@ from study.events.events import (
     Switched,
     Timestep,
 )
+from study.events.fit_events import FitGateJudged
 
 TOPICS: Mapping[str, tuple[str, ...]] = {
     "episodes": (EpisodeEnded.topic,),
     "responses": (QuestionAnswered.topic,),
     "fits": (FitRequested.topic,),
+    "fit_gates": (FitGateJudged.topic,),
     "switches": (Switched.topic,),
     "deviations": (Deviation.topic, Resumed.topic),
     "timesteps": (Timestep.topic,),

@@ -101,9 +101,7 @@ def held_out_parts(
     # With every second of three trials, two would be held out and one left: begin with the other.
     first = 1 if every == 2 else int(random.integers(min(every, 3)))
     numbers = [(first + part) % every for part in range(min(parts, every))]
-    return [
-        np.asarray(places % every == number) for number in numbers if number < len(trials)
-    ]
+    return [np.asarray(places % every == number) for number in numbers if number < len(trials)]
 
 
 def log_probabilities(scores: Floats, available: npt.NDArray[np.bool_]) -> Floats:

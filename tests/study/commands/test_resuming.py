@@ -162,7 +162,7 @@ def cut_boundary(records: list[RawRecord], cut: int) -> int:
 def test_every_kind_of_stage_can_break_off(
     tmp_path: Path, undisturbed: SessionRecording, records: list[RawRecord]
 ) -> None:
-    """Pages, trials, fits and their preparation, surveys, reveals and the last screen are begun anew."""
+    """Every kind of stage, preparations and the last screen among them, is begun anew."""
     kinds: dict[tuple[str, bool], int] = {}
     for number, raw in enumerate(records):
         if raw.topic == "event/stage_entered":

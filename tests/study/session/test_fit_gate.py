@@ -290,9 +290,7 @@ def test_a_gate_that_cannot_be_is_refused(gate: str, word: str) -> None:
 def test_the_scorer_leads_and_the_participant_chooses_among_those_offered() -> None:
     """Stretches take turns; choices are of robots offered, and both trials' enter the last fit."""
     shell = session(study(round_=True))
-    ids = {
-        e.trial_id for e in all_of(shell, TrialStarted) if e.allocation == "correction_round"
-    }
+    ids = {e.trial_id for e in all_of(shell, TrialStarted) if e.allocation == "correction_round"}
     assert len(ids) == 2
     rows = [e for e in all_of(shell, Timestep) if e.trial_id in ids]
     sources = [row.choice_source for row in rows if row.trial_id == min(ids)]
@@ -353,9 +351,7 @@ def test_offered_robots_take_the_places_of_a_small_fleet() -> None:
     shell = session(study(round_=True))
     rows = all_of(shell, Timestep)
     sets = choice_sets(rows, 3, 4, of_larger=True)
-    usable = {
-        (row.trial_id, row.timestep): row for row in rows if row.choice_source == 1
-    }
+    usable = {(row.trial_id, row.timestep): row for row in rows if row.choice_source == 1}
     chosen = sets.states[np.arange(len(sets.chosen)), sets.chosen]
     known = {row.states[row.operated].tobytes() for row in usable.values() if row.operated >= 0}
     assert {state.tobytes() for state in chosen} <= known
@@ -373,7 +369,7 @@ def test_offered_robots_take_the_places_of_a_small_fleet() -> None:
     attempts=st.integers(1, 3),
     taps=st.lists(st.tuples(st.integers(0, 12), st.sampled_from("12345 ")), max_size=40),
 )
-def test_gates_and_rounds_replay_byte_for_byte(  # noqa: PLR0913 - Hypothesis draws each
+def test_gates_and_rounds_replay_byte_for_byte(
     seed: int,
     fits: list[str],
     measures: dict[str, float],
