@@ -154,7 +154,10 @@ def test_rules_before_knew_no_preparation() -> None:
 def phase_three(shell: FakeShell, condition: str = "assisted") -> TrialStarted:
     """Return a trial of a condition of phase three as it was run."""
     started = all_of(shell, TrialStarted)
-    return next(e for e in started if (e.phase, e.condition) == (Phase.THREE, condition))
+    found: TrialStarted = next(
+        e for e in started if (e.phase, e.condition) == (Phase.THREE, condition)
+    )
+    return found
 
 
 def test_a_good_fit_passes() -> None:
