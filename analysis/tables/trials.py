@@ -59,7 +59,7 @@ def treated_condition(session: Session, trial: TrialStarted) -> str:
         """Whether a condition asks for the allocation and the scorer that there were."""
         scorer = scorers.get(name, "")
         return allocations[name] == trial.allocation and (
-            trial.allocation == "manual" or trial.scorer_id == f"scorer:{scorer}"
+            trial.allocation == "manual" or not scorer or trial.scorer_id == f"scorer:{scorer}"
         )
 
     if trial.condition not in allocations or ran(trial.condition):
