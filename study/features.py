@@ -150,3 +150,9 @@ def feature_names(fields: Sequence[StateField]) -> tuple[str, ...]:
     for field in fields:
         names += [f"sin {field.name}", f"cos {field.name}"] if field.circular else [field.name]
     return tuple(names)
+
+
+def standardised_columns(fields: Sequence[StateField]) -> dict[int, int]:
+    """Return which features of "sine_cosine" are standardised: column to field of the state."""
+    layout = _layout(tuple(fields))
+    return dict(zip(layout.plain_columns, layout.plain, strict=True))

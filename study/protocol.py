@@ -16,6 +16,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from study.errors import ProtocolError
 from study.messages import SOURCE
+from study.scorer_settings import CorrectionRoundPart, MemberPart, ScorerPart, scorer_problems
 from study.seat_settings import (
     NUMBER_ROW,
     BreakPart,
@@ -66,14 +67,6 @@ class TaskPart(Part):
         default="reset", description="whether a robot that ended starts anew or stays"
     )
     parameters: dict[str, Any] = Field(default_factory=dict, description="see the task")
-
-
-class MemberPart(Part):
-    """A policy or scorer with its hyper-parameters."""
-
-    name: str = Field(description="name of the policy or scorer")
-    fit_budget_seconds: float = Field(default=30.0, gt=0, description="when a fit is given up, s")
-    parameters: dict[str, Any] = Field(default_factory=dict, description="hyper-parameters")
 
 
 class PracticePart(Part):
@@ -222,10 +215,11 @@ class Protocol(Part):
     timing: TimingPart
     task: TaskPart
     policy: MemberPart
-    scorers: dict[Name, MemberPart] = Field(default_factory=dict)
+    scorers: dict[Name, ScorerPart] = Field(default_factory=dict)
     practice: PracticePart
     phase_one: PhaseOnePart
     phase_two: PhaseTwoPart
+    correction_round: CorrectionRoundPart | None = None
     phase_three: PhaseThreePart
     phase_four: PhaseFourPart | None = None
     conditions: tuple[Condition, ...] = Field(min_length=1)
@@ -270,8 +264,11 @@ class Protocol(Part):
                     f"[scorers]; {nearest(condition.scorer, list(self.scorers))}"
                     f"there: {', '.join(self.scorers) or 'none'}"
                 )
+        yield from scorer_problems(self.scorers, self.correction_round, self.phase_two.trials)
         yield from self._key_conflicts()
-        largest = max([self.phase_two.robots, *(each.robots for each in self.conditions)])
+        rounds = [self.correction_round.robots] if self.correction_round else []
+        fleets = [each.robots for each in self.conditions]
+        largest = max([self.phase_two.robots, *rounds, *fleets])
         if len(self.keys.robots) < min(largest, NUMBER_ROW):
             yield (
                 f"keys.robots: {len(self.keys.robots)} keys given for a fleet of {largest}; "

@@ -16,12 +16,14 @@ from study.events.events import (
     Switched,
     Timestep,
 )
+from study.events.fit_events import FitGateJudged
 from study.events.participant_events import InstrumentScored
 
 TOPICS: Mapping[str, tuple[str, ...]] = {
     "episodes": (EpisodeEnded.topic,),
     "responses": (QuestionAnswered.topic,),
     "fits": (FitRequested.topic,),
+    "fit_gates": (FitGateJudged.topic,),
     "switches": (Switched.topic,),
     "deviations": (Deviation.topic, Resumed.topic),
     "timesteps": (Timestep.topic,),

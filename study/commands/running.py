@@ -20,7 +20,7 @@ from study.commands.composing import (
     start_failover_recorder,
 )
 from study.commands.consenting import Given, ask_for_consent, erase
-from study.commands.deviations import tell_deviations
+from study.commands.deviations import tell_deviations, tell_gates
 from study.commands.recorded_scorers import recorded_weights
 from study.commands.resuming import (
     Boundary,
@@ -278,6 +278,7 @@ def _run(
         if publisher:
             conductor.watch(publisher.publish)
         conductor.watch(tell_deviations)
+        conductor.watch(tell_gates)
         conductor.feed(beginning.first_input(clock.now()))
         LiveLoop(conductor, window, recorder, clock).run()
         if tap is not None:

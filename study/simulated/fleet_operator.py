@@ -167,8 +167,11 @@ class FleetOperator:
         """Return the robot to go to, or -1 to stay: a Luce choice on needs."""
         parameters = self._parameters
         robots, needs = [], []
+        shown = {tile.robot for tile in screen.tiles}
         for robot, impression in enumerate(self._memory.impressions):
             if impression is None or impression.unavailable or robot == screen.operated:
+                continue
+            if robot not in shown:
                 continue
             trusted = parameters.suggestion_trust if robot == screen.suggested else 0.0
             robots.append(robot)

@@ -14,6 +14,7 @@ from patience import PATIENCE_S
 from study.events import events as ev
 from study.events.codes import ActionSource, ChoiceFlag, ChoiceSource, Outcome, Phase
 from study.events.fields import Record
+from study.events.fit_events import FitGateJudged
 from study.events.inputs import FitCompleted, SessionOpened
 from study.events.participant_events import InstrumentScored
 from study.events.shell import FrameIntervals
@@ -175,13 +176,21 @@ class Session:
             names = ("choices", "held_out_top1", "held_out_log_likelihood_per_choice", "top1")
             top = 0.3 + 0.4 * float(self.generator.random())
             values = np.array([float(rows), top, -1.1, top + 0.05])
+            held_out = _held_out(top)
+            names += tuple(held_out)
+            values = np.append(values, list(held_out.values()))
             grid = self.grid().ravel()
         self.add(ev.FitRequested(self.now, request, artefact, kind, algorithm, rows, digest))
         seconds = 0.5 + float(self.generator.random())
         self.add(
-            FitCompleted(self.now, request, artefact, b"weights", seconds, names, values, grid)
+            FitCompleted(self.now, request, artefact, b"weights", seconds, names, values, grid, b"")
         )
         self.add(ev.FitApplied(self.now, request, artefact, kind, digest, names, values, grid))
+        if kind == "scorer":
+            measured = (0.2, 0.1, 0.05, 0.0, 0.0, 1.0)
+            self.add(
+                FitGateJudged(self.now, request, artefact, 1, 1, True, "use", "", *measured, "")
+            )
 
     def grid(self) -> np.ndarray:
         """Return scores over the map grid: hills at two places of the map."""
@@ -387,3 +396,23 @@ def tear(path: Path, share: float = 0.8) -> None:
     """Cut the end of a recording off, as a crash would."""
     content = path.read_bytes()
     path.write_bytes(content[: int(len(content) * share)])
+
+
+def _held_out(top: float) -> dict[str, float]:
+    """Return measures of two held-out trials and two bins of predicted probability."""
+    found: dict[str, float] = {}
+    for trial, by in ((12, -0.1), (13, 0.1)):
+        found |= {
+            f"held_out_trial_{trial}_choices": 20.0,
+            f"held_out_trial_{trial}_log_likelihood_per_choice": -1.1 + by,
+            f"held_out_trial_{trial}_chance_log_likelihood": -1.4,
+            f"held_out_trial_{trial}_top1": top + by,
+            f"held_out_trial_{trial}_chance_top1": 0.25,
+        }
+    for number, chosen in ((2, 0.1), (6, 0.6)):
+        found |= {
+            f"held_out_calibration_bin_{number}_robots": 40.0,
+            f"held_out_calibration_bin_{number}_predicted": number / 10 - 0.05,
+            f"held_out_calibration_bin_{number}_chosen": chosen,
+        }
+    return found

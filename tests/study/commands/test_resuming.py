@@ -162,14 +162,14 @@ def cut_boundary(records: list[RawRecord], cut: int) -> int:
 def test_every_kind_of_stage_can_break_off(
     tmp_path: Path, undisturbed: SessionRecording, records: list[RawRecord]
 ) -> None:
-    """Pages, trials, fits, surveys, reveals and the last screen are begun anew."""
+    """Every kind of stage, preparations and the last screen among them, is begun anew."""
     kinds: dict[tuple[str, bool], int] = {}
     for number, raw in enumerate(records):
         if raw.topic == "event/stage_entered":
             entered: Any = decode(raw.topic, raw.data)
             kinds.setdefault((entered.kind, entered.phase == 4), number + 2)
     kinds["thanks", True] = len(records) - 2
-    assert len(kinds) == 9
+    assert len(kinds) == 10
     for index, cut in enumerate(kinds.values()):
         folder = tmp_path / str(index)
         path, _ = cut_and_resume(folder, records, cut)
