@@ -9,6 +9,7 @@ from study.commands import (
     export_foxglove,
     gallery,
     lock,
+    participants,
     protocol,
     recover,
     replay,
@@ -35,6 +36,7 @@ def study(*, version: VersionOption = False) -> None:
 
 app.command("demo")(demo.demo)
 app.command("run")(run.run)
+app.command("participants")(participants.participants)
 app.command("simulate")(simulate.simulate)
 app.command("replay")(replay.replay)
 app.command("recover")(recover.recover)

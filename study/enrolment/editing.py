@@ -48,7 +48,7 @@ def restore(register: Register, known: Participant) -> Participant:
         before = register.earlier_state(now.study, now.pseudonym)
         if now.state not in ("dropped", "excluded") or (not before and now.state == "dropped"):
             raise StudyError(
-                f'participant "{now.pseudonym}" is {now.shown_state}: there is no mark to take back',
+                f'participant "{now.pseudonym}" is {now.shown_state}: no mark can be taken back',
                 "A session that was ended early goes on with `study run --resume`."
                 if now.state == "dropped"
                 else "",

@@ -13,14 +13,12 @@ from study.events.events import SessionEnded
 from study.events.inputs import SessionOpened
 from study.protocol import parse_protocol
 from study.recording.enrolled import tombstones
+from study.recording.identity import PILOT
 from study.recording.parts import SessionRecording, base_name, read_session
 from study.recording.reader import read_recording
 
 NOT_UNDERSTOOD = "the instructions were not understood"
 """Reason of a session that ended because the comprehension check was failed."""
-
-PILOT = "pilot"
-"""Key in the metadata of a pilot's recording."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -139,7 +137,9 @@ def _take_in_tombstones(register: Register) -> int:
             for pseudonym, utc in of_study.items():
                 known = register.known(study, pseudonym)
                 if known is None:
-                    register.insert(Participant(study, pseudonym, "withdrawn", 0, (), changed_utc=utc))
+                    register.insert(
+                        Participant(study, pseudonym, "withdrawn", 0, (), changed_utc=utc)
+                    )
                     added += 1
                 elif known.state != "withdrawn":
                     register.bury(study, pseudonym, utc)
@@ -191,5 +191,3 @@ def _know(register: Register, path: str, study: str = "", pseudonym: str = "") -
 
 def _final_name(path: Path) -> str:
     return path.name.removesuffix(".part")
-
-

@@ -69,7 +69,7 @@ def _started(pid: int) -> str | None:
         return None if fields[0] in ("Z", "X") else f"{boot}/{fields[19]}"
     if sys.platform == "darwin":
         done = subprocess.run(
-            ["/bin/ps", "-o", "lstart=", "-p", str(pid)],  # noqa: S603 - a fixed program
+            ["/bin/ps", "-o", "lstart=", "-p", str(pid)],
             capture_output=True,
             text=True,
             check=False,

@@ -55,8 +55,9 @@ def withdraw(register: Register, study: str, pseudonym: str) -> list[Path]:
 def leave_tombstone(register: Register, study: str, pseudonym: str) -> None:
     """Keep pseudonym and time of a participant, and nothing else."""
     utc = now_utc()
-    add_tombstone(register.folder, study, pseudonym, utc)
     with register.transaction():
+        # Inside, so that two who withdraw at once do not overwrite one another's.
+        add_tombstone(register.folder, study, pseudonym, utc)
         known = register.known(study, pseudonym)
         if known is not None and known.state != "withdrawn":
             register.bury(study, pseudonym, utc)

@@ -14,7 +14,7 @@ import pytest
 from patience import PATIENCE_S
 from protocols import ROOT, variant
 from study.commands.composing import session_opened, start_recorder
-from study.commands.running import assign
+from study.commands.enrolling import assign
 from study.loading import load_protocol
 from study.recording.reader import read_recording
 
@@ -180,7 +180,7 @@ def test_replay_without_a_check_says_what_to_ask(recording: Path) -> None:
         (["run", "smoke", "-p", "../P01"], "participant id"),
         (["run", "smoke", "-p", "P01", "--seed", "99999999999999999999"], "--seed"),
         (["run", "smoke", "-p", "P01", "--order", "manual"], "manual"),
-        (["run", "smoke"], "--participant"),
+        (["run", "smoke", "--resume"], "broke off"),
         (["validate"], "protocol"),
         (["fly"], "fly"),
     ],
