@@ -13,7 +13,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from study.commands.consenting import count
+from study.commands.not_taking_part import count
 from study.commands.terminal import console, errors
 from study.enrolment import editing
 from study.enrolment.importing import bring_in_step, files_of

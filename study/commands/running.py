@@ -16,9 +16,10 @@ from study.commands.composing import (
     session_opened,
     start_failover_recorder,
 )
-from study.commands.consenting import Given, ask_for_consent, erase
+from study.commands.consenting import Given, ask_for_consent
 from study.commands.deviations import tell_deviations
 from study.commands.enrolling import Enrolled, Finished
+from study.commands.not_taking_part import erase
 from study.commands.recorded_scorers import recorded_weights
 from study.commands.resuming import (
     Boundary,

@@ -12,7 +12,7 @@ from study.errors import StudyError
 from study.events.events import SessionEnded
 from study.events.inputs import SessionOpened
 from study.protocol import parse_protocol
-from study.recording.enrolled import tombstones
+from study.recording.enrolled import FILE_NAME, tombstones
 from study.recording.identity import PILOT
 from study.recording.parts import SessionRecording, base_name, read_session
 from study.recording.reader import read_recording
@@ -146,10 +146,23 @@ def _take_in_tombstones(register: Register) -> int:
     return added
 
 
-def know_file(register: Register, path: Path, study: str, pseudonym: str) -> None:
-    """Note a file that holds a participant's data, such as an export: withdrawal erases it."""
-    with register.transaction():
-        _know(register, str(path.absolute()), study, pseudonym)
+def note_export(recording: Path, exported: Path) -> None:
+    """Note a file made from one recording, so that withdrawal erases it too.
+
+    Nothing is noted where the recording's folder has no register, or it is of no person.
+
+    Raises:
+        StudyError: the register cannot be used.
+    """
+    folder = recording.parent
+    if not (folder / FILE_NAME).exists():
+        return
+    found = _session(read_session(recording))
+    if found is None:
+        return
+    with Register(folder) as register, register.transaction():
+        whose = found.participant
+        _know(register, str(exported.absolute()), whose.study, whose.pseudonym)
 
 
 def files_of(register: Register, study: str, pseudonym: str) -> list[Path]:

@@ -164,8 +164,8 @@ class Register(Ledger):
         self, known: Participant, given: str, order: tuple[str, ...], *, again: bool
     ) -> Participant:
         """Reserve for somebody whom the register knows."""
-        refuse_another_session(known, given, self.folder, again=again)
         self.refuse_if_conducted(known)
+        refuse_another_session(known, given, self.folder, again=again)
         study, pseudonym = known.study, known.pseudonym
         if known.state == "reserved":
             if order:

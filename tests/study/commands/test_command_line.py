@@ -97,6 +97,8 @@ def test_simulated_recording_is_complete(recording: Path) -> None:
     read = read_recording(recording)
     assert read.complete
     assert recording.name.startswith("smoke_S01_")
+    # Simulated participants are not enrolled.
+    assert list(recording.parent.iterdir()) == [recording]
 
 
 def test_replay_verifies(recording: Path) -> None:

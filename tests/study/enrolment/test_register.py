@@ -181,9 +181,9 @@ def test_marks_by_hand(tmp_path: Path) -> None:
     with here(tmp_path) as register:
         known = through(register, "P1")
         editing.mark(register, known, "excluded", "fell ill")
-        for attempt in ({}, {"again": True}):
+        for again in (False, True):
             with pytest.raises(StudyError, match="is excluded: fell ill"):
-                register.reserve("s", [AB, BA], pseudonym="P1", **attempt)
+                register.reserve("s", [AB, BA], pseudonym="P1", again=again)
         with pytest.raises(StudyError, match="excluded: fell ill"):
             register.resume("s", "P1")
         with pytest.raises(StudyError, match="excluded already"):

@@ -23,7 +23,7 @@ from study.enrolment.register import Register
 from study.enrolment.withdrawing import withdraw
 from study.errors import StudyError
 from study.events.events import SessionEnded
-from study.loading import LoadedProtocol, load_protocol
+from study.loading import load_protocol
 from study.recording.enrolled import FILE_NAME, tombstones
 
 
@@ -90,7 +90,6 @@ def test_a_register_is_made_from_recordings(tmp_path: Path) -> None:
 
 def test_an_outcome_that_was_not_written_back_is_read(tmp_path: Path) -> None:
     """Killed after the last record: the recording says that the session is complete."""
-    loaded = load_protocol("smoke")
     path = record(tmp_path, "P01", ended=COMPLETE)
     away = shutil.move(path, tmp_path / "away")
     dead = ProcessIdentity("here", 1, "x")
@@ -102,14 +101,13 @@ def test_an_outcome_that_was_not_written_back_is_read(tmp_path: Path) -> None:
         shutil.move(away, path)
         bring_in_step(register)
         assert register.participants()[0].state == "complete"
-    assert loaded.protocol.study.name == "smoke"
 
 
-def lease(folder: Path, participant: str = "P01") -> tuple[LoadedProtocol, Enrolled]:
-    """Assign a participant whose recording begins."""
+def lease(folder: Path) -> Enrolled:
+    """Reserve for a participant."""
     loaded = load_protocol("smoke")
-    assign(loaded, participant, folder)
-    return loaded, Enrolled(loaded, participant, folder)
+    assign(loaded, "P01", folder)
+    return Enrolled(loaded, "P01", folder)
 
 
 @pytest.mark.parametrize(
@@ -123,7 +121,7 @@ def lease(folder: Path, participant: str = "P01") -> tuple[LoadedProtocol, Enrol
 )
 def test_outcomes_are_written_back(tmp_path: Path, finished: Finished, state: str) -> None:
     """Each end of a session has its state; an early one its reason."""
-    _, enrolled = lease(tmp_path)
+    enrolled = lease(tmp_path)
     with enrolled:
         enrolled.begin()
         enrolled.write_back(finished)
@@ -134,25 +132,24 @@ def test_outcomes_are_written_back(tmp_path: Path, finished: Finished, state: st
 
 def test_an_error_in_the_study_is_an_interruption(tmp_path: Path) -> None:
     """Before the recording began nothing is kept; after it the slot is, for --resume."""
-    _, enrolled = lease(tmp_path)
+    enrolled = lease(tmp_path)
     with pytest.raises(OSError, match="x"), enrolled:
         raise OSError("x")
     assert known_in(tmp_path) == {}
-    _, enrolled = lease(tmp_path)
+    enrolled = lease(tmp_path)
+    enrolled.begin()
     with pytest.raises(OSError, match="no window"), enrolled:
-        enrolled.begin()
         raise OSError("no window")
     known = known_in(tmp_path)["P01"]
     assert (known.shown_state, known.reason, known.slot) == ("interrupted", "no window", 1)
-    loaded, enrolled = load_protocol("smoke"), None
-    assert Enrolled(loaded, "P01", tmp_path).resume().slot == 1
+    assert enrolled.resume().slot == 1
 
 
 def test_a_register_that_fails_at_the_end_costs_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The session's end is told, not lost: the outcome is read from the recording later."""
-    _, enrolled = lease(tmp_path)
+    enrolled = lease(tmp_path)
     with enrolled:
         enrolled.begin()
         (tmp_path / FILE_NAME).write_bytes(b"broken" * 1000)
@@ -189,6 +186,20 @@ def test_withdrawal_erases_and_leaves_a_tombstone(tmp_path: Path) -> None:
     with pytest.raises(StudyError, match="withdrew"):
         assign(loaded, "P02", tmp_path)
     assert known_in(tmp_path)["P02"].state == "withdrawn"
+
+
+def test_an_export_is_erased_too(tmp_path: Path) -> None:
+    """What was made from one participant's recording goes with it, wherever it lies."""
+    folder, elsewhere = tmp_path / "recordings", tmp_path / "elsewhere" / "scene.mcap"
+    elsewhere.parent.mkdir()
+    path = record(folder, "P01", ended=COMPLETE)
+    assert known_in(folder)
+    words = ["export-foxglove", str(path), "-o", str(elsewhere)]
+    done = CliRunner().invoke(command.app, words)
+    assert elsewhere.exists(), done.output
+    with Register(folder) as register:
+        assert withdraw(register, "smoke", "P01") == [elsewhere, path]
+    assert not elsewhere.exists()
 
 
 def test_a_copy_put_back_is_not_analysed(tmp_path: Path) -> None:
