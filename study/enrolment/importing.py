@@ -65,7 +65,8 @@ def bring_in_step(register: Register) -> int:
         try:
             session = _session(read_session(path))
         except StudyError:
-            session = None
+            # Perhaps a part beside it has only just been made: it is looked at again next time.
+            continue
         if session:
             found.append(session)
         elif path.suffix == ".mcap":

@@ -8,11 +8,13 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from patience import PATIENCE_S
 from protocols import ROOT
+from study.errors import StudyError
 from study.recording.parts import read_session
 from study.recording.reader import read_recording
 
@@ -60,8 +62,10 @@ def until_recorded(folder: Path, study: subprocess.Popen[str], name: str) -> Non
     while time.monotonic() < end:
         assert study.poll() is None, study.communicate()[0]
         for path in folder.glob(name):
-            if sum(1 for _ in read_recording(path).raw("event")) >= 2:
-                return
+            # It may have been made this moment, and be empty.
+            with suppress(StudyError):
+                if sum(1 for _ in read_recording(path).raw("event")) >= 2:
+                    return
         time.sleep(0.1)
     raise AssertionError(f"nothing recorded in {name}")
 
