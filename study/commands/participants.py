@@ -28,8 +28,8 @@ ACTIONS = (
     "exclude",
     "drop",
     "restore",
-    "pilot",
-    "no-pilot",
+    "mark-pilot",
+    "unmark-pilot",
     "release",
     "note",
     "history",
@@ -130,8 +130,8 @@ def _edit(register: Register, known: Participant, action: str, text: str) -> Non
             editing.mark(register, known, "dropped", text)
         case "restore":
             editing.restore(register, known)
-        case "pilot" | "no-pilot":
-            editing.set_pilot(register, known, pilot=action == "pilot")
+        case "mark-pilot" | "unmark-pilot":
+            editing.set_pilot(register, known, pilot=action == "mark-pilot")
         case "note":
             editing.note(register, known, text)
         case _:
@@ -203,7 +203,7 @@ def _show(found: list[Participant], *, as_json: bool) -> None:
             if each.study == name and each.state in HOLDING and not each.pilot
         ]
         balance = Counter(", ".join(each.order) for each in holding)
-        counts = "; ".join(f"{order}: {number}" for order, number in sorted(balance.items()))
+        counts = "; ".join(f"{number} x {order}" for order, number in sorted(balance.items()))
         table.caption = (
             f"{table.caption or ''}{escape(name)}: {counts or 'no slot taken'}\n".lstrip()
         )
@@ -217,4 +217,5 @@ def _show_history(register: Register, known: Participant, *, as_json: bool) -> N
         sys.stdout.write(f"{text}\n")
         return
     for line in lines:
-        console.print(f"{line.utc[:19]}  {line.what}: {line.detail}", markup=False)
+        detail = f": {line.detail}" if line.detail else ""
+        console.print(f"{line.utc[:19]}  {line.what}{detail}", markup=False)

@@ -227,7 +227,7 @@ def test_pilots_and_excluded_are_set_aside(tmp_path: Path) -> None:
 
     assert aside() == {"P03": "a pilot session"}
     run = CliRunner()
-    for words in (["exclude", "P02", "--reason", "fell ill"], ["no-pilot", "P03"]):
+    for words in (["exclude", "P02", "--reason", "fell ill"], ["unmark-pilot", "P03"]):
         done = run.invoke(command.app, ["participants", *words[:2], str(tmp_path), *words[2:]])
         assert done.exit_code == 0, done.output
     assert aside() == {"P02": "excluded by the experimenter: fell ill"}
