@@ -42,6 +42,12 @@ from study.shell.window import Window
 SECOND = 1_000_000_000
 CLOCK_PAIR_EVERY_NS = 10 * SECOND
 HEALTH_EVERY_NS = SECOND
+PAINT_AHEAD = 0.6
+"""Share of the time between two pictures by which the next is painted ahead of being presented.
+
+Painting takes longer when much changes; begun early, it still ends before the deadline. It shows
+the fleet as it was when painting began: always as long ago, so that motion stays even.
+"""
 HURRIED_BUDGET_NS = 12_000_000
 """Work done between two pictures where timesteps come as fast as the fleet answers."""
 
@@ -66,7 +72,8 @@ class LiveLoop:
     """Runs one session in a window until it is finished.
 
     Pictures and timesteps come on absolute deadlines, so that neither drifts; between
-    them the loop sleeps until a key or a deadline.
+    them the loop sleeps until a key or a deadline. A picture is painted ahead of its
+    deadline, and presented on it.
     """
 
     def __init__(
@@ -84,6 +91,7 @@ class LiveLoop:
         self._next_pair_ns = 0
         self._next_health_ns = 0
         self._period_ns = round(SECOND / window.refresh_hz)
+        self._ahead_ns = round(PAINT_AHEAD * self._period_ns)
         self._trial_id = conductor.trial_id
         self._punctuality = Punctuality(self._period_ns)
 
@@ -108,7 +116,8 @@ class LiveLoop:
                 fullscreen=window.fullscreen,
             )
         )
-        next_frame = clock.now()
+        next_frame = clock.now() + self._ahead_ns
+        painted = False
         while not self._conductor.finished:
             self._watch_recording()
             self._take_inputs()
@@ -116,11 +125,16 @@ class LiveLoop:
             self._step_clock()
             now = clock.now()
             self._note_trial(now)
-            if now >= next_frame:
-                self._draw(now)
+            if not painted and now >= next_frame - self._ahead_ns:
+                self._paint(next_frame - self._ahead_ns)
+                painted, now = True, clock.now()
+            if painted and now >= next_frame:
+                self._present()
+                painted = False
                 next_frame += period * max(1, -(-(now - next_frame) // period))
-            self._observe(now)
-            deadline = min(next_frame, self._next_due_ns or next_frame)
+                self._observe(now)
+            picture = next_frame if painted else next_frame - self._ahead_ns
+            deadline = min(picture, self._next_due_ns or picture)
             remaining = deadline - clock.now()
             if remaining > 0 and not self._conductor.finished:
                 # An answer may be awaited: look again soon.
@@ -147,7 +161,8 @@ class LiveLoop:
             return
         self._conductor.feed(RecordingInterrupted(self._clock.now(), fault))
         # Seen before the wait for the new part.
-        self._draw(self._clock.now())
+        self._paint(self._clock.now())
+        self._present()
         part = self._recorder.begin_part(fault)
         self._conductor.feed(RecordingRestored(self._clock.now(), part))
 
@@ -212,14 +227,21 @@ class LiveLoop:
             else:
                 conductor.feed(TimestepDue(clock.now(), 0))
 
-    def _draw(self, now: int) -> None:
+    def _paint(self, now: int) -> None:
+        """Paint the screen as it is at a session time."""
         screen = self._conductor.screen
         if screen is None:
             return
         if screen is not self._shown:
             self._shown = screen
             self._window.show(screen)
-        self._window.draw(now)
+        self._window.paint(now)
+
+    def _present(self) -> None:
+        """Put on the display what was painted."""
+        if self._shown is None:
+            return
+        self._window.present()
         shown_ns = self._clock.now()
         if self._last_frame_ns >= 0:
             self._frames.append(shown_ns - self._last_frame_ns)

@@ -131,6 +131,8 @@ class Window:
         self._renderer = Renderer(self.size, check_ui_scale(ui_factor), messages)
         self._screen: Screen | None = None
         self._exposed = True
+        self._unshown: list[pygame.Rect] | None = []
+        self._blank = True
         self._text_input = False
         self._ui_factor = ui_factor
         self._messages = messages
@@ -178,10 +180,30 @@ class Window:
         self._text_input = takes_text
 
     def draw(self, now_ns: int) -> None:
-        """Draw the screen as it is at a session time, and put it on the display."""
+        """Paint the screen as it is at a session time, and put it on the display."""
+        self.paint(now_ns)
+        self.present()
+
+    def paint(self, now_ns: int) -> None:
+        """Paint the screen as it is at a session time; the display shows it when it is presented.
+
+        Painting takes longer for one picture than for another, presenting hardly does: who paints
+        ahead can present at equal intervals.
+        """
         changed = None
         if self._screen is not None:
             changed = self._renderer.draw(self._surface, self._screen, now_ns)
+        self._blank = False
+        if changed is None or self._unshown is None:
+            self._unshown = None
+        else:
+            self._unshown += changed
+
+    def present(self) -> None:
+        """Put on the display what was painted since the last time."""
+        if self._blank:
+            return
+        changed, self._unshown = self._unshown, []
         if changed is None or self._exposed:
             self._exposed = False
             pygame.display.flip()
@@ -245,4 +267,6 @@ class Window:
             self._surface = pygame.display.get_surface() or self._surface
             self.size = self._surface.get_size()
             self._renderer = Renderer(self.size, self._ui_factor, self._messages)
+            # What was painted at the old size is lost: the new surface is empty until painted.
+            self._unshown, self._blank = [], True
         return RawWindow(change, *size, now, gap)

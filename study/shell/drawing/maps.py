@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import pygame
 
 from study.events.scene import DiscMark, RectangleMark, Scene
@@ -15,28 +13,33 @@ DRIVEN_REACH = 1.6
 """Distance of a driven robot's middle from the map's edge, in radii: its dart stays in sight."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
 class MapView:
     """Turns metres into pixels.
 
-    Attributes:
+    Args:
         scene: the map.
         place: where it is drawn, pixels.
+
+    Attributes:
+        scale: pixels to a metre.
+        robot_radius: of a drawn robot, pixels: its own, but never too small to see.
     """
 
-    scene: Scene
-    place: pygame.Rect
+    __slots__ = ("_bottom", "_down", "_left", "place", "robot_radius", "scale", "scene")
 
-    @property
-    def scale(self) -> float:
-        """Pixels to a metre."""
-        return self.place.width / self.scene.width
+    def __init__(self, scene: Scene, place: pygame.Rect) -> None:
+        width = place.width
+        self.scene = scene
+        self.place = place
+        self.scale: float = width / scene.width
+        visible = min(0.0375 * width, 18 + 0.011 * width)
+        self.robot_radius = max(scene.robot_radius * self.scale, visible, 6.0)
+        self._left, self._bottom = place.left, place.bottom
+        self._down = place.height / scene.height
 
     def point(self, x: float, y: float) -> tuple[float, float]:
         """Return where a point of the map is drawn."""
-        across = self.place.width / self.scene.width
-        down = self.place.height / self.scene.height
-        return self.place.left + x * across, self.place.bottom - y * down
+        return self._left + x * self.scale, self._bottom - y * self._down
 
     def rectangle(self, mark: RectangleMark) -> pygame.Rect:
         """Return where a rectangle is drawn, snapped to pixels."""
@@ -45,13 +48,6 @@ class MapView:
         return pygame.Rect(
             round(left), round(top), round(right) - round(left), round(bottom) - round(top)
         )
-
-    @property
-    def robot_radius(self) -> float:
-        """Radius of a drawn robot in pixels: its own, but never too small to see."""
-        width = self.place.width
-        visible = min(0.0375 * width, 18 + 0.011 * width)
-        return max(self.scene.robot_radius * self.scale, visible, 6.0)
 
     def robot_point(self, x: float, y: float, *, driven: bool) -> tuple[float, float]:
         """Return where a robot is drawn: moved inwards where the map's edge would cut its body off.

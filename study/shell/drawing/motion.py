@@ -8,6 +8,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections import deque
+from collections.abc import Iterable
 from itertools import pairwise
 
 from study.screens import FleetScreen, Tile
@@ -51,12 +52,12 @@ def between(before: Tile, after: Tile, share: float) -> Pose:
 
 
 def along_trail(
-    places: tuple[tuple[float, float], ...], distances: tuple[float, ...]
+    places: Iterable[tuple[float, float]], distances: tuple[float, ...]
 ) -> list[tuple[float, float]]:
     """Return the points at these distances back along a path, as far as the path reaches.
 
     Args:
-        places: the path, newest first.
+        places: the path, newest first; read no further than the last distance.
         distances: ascending, in the unit of the path.
     """
     points: list[tuple[float, float]] = []
@@ -67,6 +68,8 @@ def along_trail(
         while wanted and length > 0 and passed + length >= wanted[0]:
             share = (wanted.pop(0) - passed) / length
             points.append((x0 + (x1 - x0) * share, y0 + (y1 - y0) * share))
+        if not wanted:
+            break
         passed += length
     return points
 

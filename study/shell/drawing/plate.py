@@ -76,8 +76,41 @@ def _measure(canvas: Canvas, place: TilePlace) -> _Measures:
     )
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class HealthRow:
+    """Where a plate shows health.
+
+    Attributes:
+        place: of the row, pixels.
+        text: size of the number, pixels.
+        pad: space at either end, pixels.
+    """
+
+    place: pygame.Rect
+    text: float
+    pad: int
+
+
+def health_row(canvas: Canvas, place: TilePlace) -> HealthRow:
+    """Return where a plate shows health."""
+    plate = place.plate
+    if not place.has_corner_plate:
+        text = _strip_text(canvas, place)
+        pad = round(plate.height * 0.3)
+        width = round(plate.width * 0.4)
+        row = pygame.Rect(plate.right - width - pad // 2, 0, width, round(text * 1.4))
+        row.centery = plate.centery
+        return HealthRow(row, text, pad // 3)
+    measures = _measure(canvas, place)
+    inset = round(measures.pad * 0.55)
+    row = pygame.Rect(0, 0, plate.width - 2 * inset, round(measures.text * 1.625))
+    below = canvas.u(10) if place.single else max(3, round(0.022 * place.map.width))
+    row.bottomleft = (plate.left + inset, plate.bottom - below)
+    return HealthRow(row, measures.text, measures.pad - inset)
+
+
 def draw_plate(canvas: Canvas, place: TilePlace, tile: Tile, look: PlateLook) -> None:
-    """Write all of a plate but the dwell's ring."""
+    """Write all of a plate but its health and the dwell's ring."""
     if place.has_corner_plate:
         _corner_plate(canvas, place, tile, look)
     else:
@@ -118,17 +151,14 @@ def _number_colour(place: TilePlace, look: PlateLook) -> Colour:
 
 
 def _corner_plate(canvas: Canvas, place: TilePlace, tile: Tile, look: PlateLook) -> None:
-    plate, width = place.plate, place.map.width
+    plate = place.plate
     measures = _measure(canvas, place)
     pad, text = measures.pad, measures.text
     wrote = canvas.write(
         str(tile.robot + 1), plate.left + pad, measures.top + CAP_HEIGHT / 2 * measures.number,
         measures.number, weight="bold", colour=_number_colour(place, look),
     )  # fmt: skip
-    health = pygame.Rect(0, 0, plate.width - 2 * round(pad * 0.55), round(text * 1.625))
-    below = canvas.u(10) if place.single else max(3, round(0.022 * width))
-    health.bottomleft = (plate.left + round(pad * 0.55), plate.bottom - below)
-    draw_health(canvas, health, tile, text, boxed=look.driven, pad=pad - round(pad * 0.55))
+    health = health_row(canvas, place).place
     roomy = health.top - wrote.bottom > text * 1.7
     if tile.cue is None or roomy:
         _beside_number(canvas, place, wrote, look)
@@ -188,18 +218,15 @@ def _large_plate(canvas: Canvas, place: TilePlace, look: PlateLook, under: int, 
 
 
 def _strip_plate(canvas: Canvas, place: TilePlace, tile: Tile, look: PlateLook) -> None:
-    """Write number, cue and health in one row above a map that fills its bounds."""
+    """Write number and cue, left of health, in one row above a map that fills its bounds."""
     plate = place.plate
-    text = min(max(canvas.u(15), 0.0585 * plate.width), 0.62 * plate.height, canvas.u(28))
+    text = _strip_text(canvas, place)
     pad = round(plate.height * 0.3)
     wrote = canvas.write(
         str(tile.robot + 1), plate.left + pad, plate.centery, plate.height * 0.78,
         weight="bold", colour=_number_colour(place, look),
     )  # fmt: skip
-    width = round(plate.width * 0.4)
-    health = pygame.Rect(plate.right - width - pad // 2, 0, width, round(text * 1.4))
-    health.centery = plate.centery
-    draw_health(canvas, health, tile, text, boxed=look.driven, pad=pad // 3)
+    health = health_row(canvas, place).place
     left = wrote.right + pad + (round(plate.height * 0.68) + pad if look.has_dwell else 0)
     if tile.cue is not None:
         cues.draw_pill(canvas, tile.cue, left, plate.centery, text * 0.85, health.left - left - 4)
@@ -208,19 +235,22 @@ def _strip_plate(canvas: Canvas, place: TilePlace, tile: Tile, look: PlateLook) 
                      colour=palette.CARD, width=health.left - left - 4)  # fmt: skip
 
 
-def draw_health(
-    canvas: Canvas, place: pygame.Rect, tile: Tile, text: float, *, boxed: bool, pad: int
-) -> None:
+def _strip_text(canvas: Canvas, place: TilePlace) -> float:
+    """Return the size of text in a plate that is one row, pixels."""
+    plate = place.plate
+    return min(max(canvas.u(15), 0.0585 * plate.width), 0.62 * plate.height, canvas.u(28))
+
+
+def draw_health(canvas: Canvas, row: HealthRow, tile: Tile, *, boxed: bool) -> None:
     """Draw a health bar and its number; what was just lost is hatched.
 
     Args:
         canvas: to draw on.
-        place: of the row.
+        row: where.
         tile: whose health.
-        text: size of the number, pixels.
         boxed: whether the row needs a white ground.
-        pad: space at either end, pixels.
     """
+    place, text, pad = row.place, row.text, row.pad
     if boxed:
         canvas.box(place, canvas.u(3), palette.CARD)
     number = canvas.text_width("100", text, "semibold", tabular=True)

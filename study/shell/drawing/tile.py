@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import NamedTuple
 
 import pygame
 
@@ -49,60 +50,85 @@ class TileView:
     ground: Colour = palette.PAGE
 
 
-def look_key(scene: Scene, shown: TileView) -> object:
-    """Return all that the look of a tile without its robot depends on."""
-    tile = shown.tile
+def look_key(scene: Scene, shown: TileView) -> tuple[object, object]:
+    """Return all that the look of a tile without its robot depends on: without health, and that."""
+    tile, place, look = shown.tile, shown.place, shown.look
     cue = None if tile.cue is None else (tile.cue.kind, round(tile.cue.amount, 1))
     if tile.cue is not None and tile.cue.kind == "stuck":
         cue = (tile.cue.kind, round(tile.cue.amount))
-    return scene, shown.place, round(tile.health), cue, shown.look
+    lost = cue if tile.cue is not None and tile.cue.kind == "damage" else None
+    ground = plate.plate_colour(place, tile, look)
+    return (scene, place, cue, look), (place, ground, look.driven, round(tile.health), lost)
 
 
-def body_key(scene: Scene, shown: TileView) -> object:
-    """Return all that the look of a tile's robot depends on: places in pixels, steps of turns."""
-    view = maps.MapView(scene, shown.place.map)
+class Body(NamedTuple):
+    """All that the look of a tile's robot depends on. Two that are equal look the same.
+
+    Attributes:
+        x, y: its middle, pixels.
+        trail: dots behind a robot that drives itself, pixels.
+        heading: steps of turns.
+        ring: steps of the dwell left, or -1.
+        landing: as in `TileView`.
+    """
+
+    x: int
+    y: int
+    trail: tuple[tuple[int, int], ...]
+    heading: int
+    ring: int
+    landing: float
+
+
+def body_of(view: maps.MapView, shown: TileView) -> Body:
+    """Return where and how a tile's robot is drawn."""
+    pose, driven = shown.pose, shown.look.driven
+    x, y = view.robot_point(pose.x, pose.y, driven=driven)
+    trail: tuple[tuple[int, int], ...] = ()
+    if not driven:
+        distances = tuple(view.robot_radius * distance for distance in TRAIL_DISTANCES)
+        dots = along_trail((view.point(*place) for place in pose.trail), distances)
+        trail = tuple((round(across), round(down)) for across, down in dots)
     ring = round(shown.dwell_left * RING_STEPS) if shown.dwell_left >= 0 else -1
-    place = view.robot_point(shown.pose.x, shown.pose.y, driven=shown.look.driven)
-    return (
-        _pixel(*place), _trail(view, shown),
-        heading_step(shown.pose.heading), ring, shown.landing,
-    )  # fmt: skip
+    return Body(round(x), round(y), trail, heading_step(pose.heading), ring, shown.landing)
 
 
-def _pixel(x: float, y: float) -> tuple[int, int]:
-    """Return the whole pixel at which something moving is drawn."""
-    return round(x), round(y)
+def draw_tile(canvas: Canvas, scene: Scene, shown: TileView, body: Body | None = None) -> None:
+    """Draw a tile. All but its robot is painted anew only when it changes.
 
+    Health changes often and on many tiles at once: it is kept apart from the rest.
 
-def _trail(view: maps.MapView, shown: TileView) -> tuple[tuple[int, int], ...]:
-    """Return where the dots behind a robot that drives itself are drawn, pixels."""
-    if shown.look.driven:
-        return ()
-    places = tuple(view.point(*place) for place in shown.pose.trail)
-    distances = tuple(view.robot_radius * distance for distance in TRAIL_DISTANCES)
-    return tuple(_pixel(*dot) for dot in along_trail(places, distances))
-
-
-def draw_tile(canvas: Canvas, scene: Scene, shown: TileView) -> None:
-    """Draw a tile. All but its robot is painted anew only when it changes."""
+    Args:
+        canvas: to draw on.
+        scene: the map.
+        shown: the tile.
+        body: what `body_of` says of it, where that is known.
+    """
     place, tile, look = shown.place, shown.tile, shown.look
+    view = maps.MapView(scene, place.map)
+    body = body or body_of(view, shown)
+    key, health_key = look_key(scene, shown)
     canvas.remember(
         ("tile", tile.robot, place.single),
-        look_key(scene, shown),
+        key,
         frames.frame_rect(canvas, place),
         lambda: _draw_still(canvas, scene, shown),
     )
-    view = maps.MapView(scene, place.map)
+    row = plate.health_row(canvas, place)
+    canvas.remember(
+        ("health", tile.robot, place.single),
+        health_key,
+        row.place,
+        lambda: plate.draw_health(canvas, row, tile, boxed=look.driven),
+    )
     # The plate belongs to the screen, not to the map: what reaches over it is cut off.
-    x, y = view.robot_point(shown.pose.x, shown.pose.y, driven=shown.look.driven)
-    reach = 2 * round(view.robot_radius * FARTHEST)
-    body = pygame.Rect(0, 0, reach, reach)
-    body.center = (round(x), round(y))
+    reach = round(view.robot_radius * FARTHEST)
+    marks_place = pygame.Rect(body.x - reach, body.y - reach, 2 * reach, 2 * reach)
     covered = place.plate.clip(canvas.surface.get_rect())
-    still = canvas.surface.subsurface(covered).copy() if body.colliderect(covered) else None
+    still = canvas.surface.subsurface(covered).copy() if marks_place.colliderect(covered) else None
     canvas.surface.set_clip(place.map)
     with canvas.moving():
-        _draw_body(canvas, view, shown)
+        _draw_body(canvas, view, shown, body)
     canvas.surface.set_clip(None)
     if still is not None:
         canvas.surface.blit(still, covered)
@@ -114,7 +140,7 @@ def draw_tile(canvas: Canvas, scene: Scene, shown: TileView) -> None:
 
 
 def _draw_still(canvas: Canvas, scene: Scene, shown: TileView) -> None:
-    """Draw all that does not move."""
+    """Draw all that does not move, but for the health."""
     place, tile, look = shown.place, shown.tile, shown.look
     canvas.surface.fill(shown.ground, frames.frame_rect(canvas, place))
     if look.driven:
@@ -130,16 +156,16 @@ def _draw_still(canvas: Canvas, scene: Scene, shown: TileView) -> None:
     plate.draw_plate(canvas, place, tile, look)
 
 
-def _draw_body(canvas: Canvas, view: maps.MapView, shown: TileView) -> None:
+def _draw_body(canvas: Canvas, view: maps.MapView, shown: TileView, body: Body) -> None:
     """Draw the robot with its trail and the marks of its cue."""
     tile, look, pose = shown.tile, shown.look, shown.pose
     radius = view.robot_radius
-    x, y = _pixel(*view.robot_point(pose.x, pose.y, driven=look.driven))
+    x, y = body.x, body.y
     if tile.cue is not None:
         if tile.cue.kind == "goal":
             _reached_goal(canvas, view)
         cues.draw_mark(canvas, tile.cue, x, y, radius, driven=look.driven)
-    for dot, size in zip(_trail(view, shown), TRAIL_SIZES, strict=False):
+    for dot, size in zip(body.trail, TRAIL_SIZES, strict=False):
         marks.disc(canvas, *dot, max(1.0, radius * size), palette.TRAIL)
     if look.suggested:
         marks.dashed_ring(

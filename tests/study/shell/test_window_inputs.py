@@ -245,3 +245,36 @@ def post_click(x: int, y: int) -> None:
     pygame.event.post(
         pygame.event.Event(pygame.MOUSEBUTTONDOWN, pos=(x, y), button=pygame.BUTTON_LEFT)
     )
+
+
+def test_a_painted_picture_is_shown_when_presented(
+    window: Window, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Painting leaves the display alone; presenting shows it once; a resize voids it."""
+    shown: list[str] = []
+    monkeypatch.setattr(pygame.display, "flip", lambda: shown.append("all"))
+    monkeypatch.setattr(pygame.display, "update", lambda _: shown.append("parts"))
+    window.show(samples.fleet(4, operated=0))
+    window.paint(0)
+    assert shown == []
+    window.present()
+    window.present()
+    assert shown == ["all"]
+
+    screen = samples.fleet(4, operated=0)
+    moved = dataclasses.replace(screen.tiles[1], x=screen.tiles[1].x + 1.0)
+    window.show(dataclasses.replace(screen, tiles=(screen.tiles[0], moved, *screen.tiles[2:])))
+    window.paint(0)
+    assert shown == ["all"]
+    window.present()
+    assert shown == ["all", "parts"]
+
+    window.paint(0)
+    pygame.display.set_mode((1300, 800))
+    pygame.event.post(pygame.event.Event(pygame.WINDOWSIZECHANGED, x=1300, y=800))
+    window.poll()
+    window.present()
+    assert shown == ["all", "parts"]
+    window.paint(0)
+    window.present()
+    assert shown == ["all", "parts", "all"]
