@@ -206,7 +206,8 @@ class AnalysisPart(Part):
 
     primary: Literal["team_reward"] = Field(default="team_reward", description="primary measure")
     planned: tuple[
-        Literal["rm_anova", "pooled_trials", "likert", "phase_four", "heat_maps"], ...
+        Literal["rm_anova", "pooled_trials", "likert", "instruments", "phase_four", "heat_maps"],
+        ...,
     ] = Field(min_length=1, description="what the report computes")
     equivalence_bound: float | None = Field(
         default=None, gt=0, description="smallest difference of interest, points"

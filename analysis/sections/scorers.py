@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from analysis.figures.heat_maps import colour_bar, heat_map_row
+from analysis.figures.heat_maps import LOW_HEALTH, colour_bar, heat_map_row
 from analysis.figures.score_maps import ScoreMap, score_map, shared_limit
 from analysis.figures.scorer_accuracy import Accuracy, accuracy_dots
 from analysis.figures.svg import Drawing
@@ -92,13 +92,23 @@ def peak_finding(results: StudyResults) -> str:
                 near[nearest.role] = near.get(nearest.role, 0) + 1
     names = {"goal": "the goal", "health_pack": "a health pack", "start": "the start"}
     order = sorted(near, key=lambda role: (-near[role], role))
-    shown = [f"{names.get(role, role)} for {near[role]}" for role in order]
-    if not shown:
+    if not order:
         return "No map has a peak."
+    called = [names.get(role, role) for role in order]
+    total = sum(near.values())
+    if len(order) == 1:
+        maps_text = "the one map" if total == 1 else f"each of {counted(total, 'map')}"
+        return f"The landmark nearest to the highest peak of {maps_text} is {called[0]}."
+    shown = [f"{name} for {near[role]}" for name, role in zip(called, order, strict=True)]
     return (
-        f"Of {counted(sum(near.values()), 'map')}, the landmark nearest to the highest peak is "
-        f"{', '.join(shown)}."
+        f"Of {counted(total, 'map')}, the landmark nearest to the highest peak is {listed(shown)}."
     )
+
+
+def shows_low_health(results: StudyResults) -> bool:
+    """Whether a map is drawn at a health that participants see a cue for."""
+    grids = [session.task.map_grid for session in results.study.sessions]
+    return any(health < LOW_HEALTH for grid in grids if grid for health in grid.healths)
 
 
 def accuracies(results: StudyResults) -> list[Accuracy]:

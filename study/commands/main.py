@@ -15,6 +15,7 @@ from study.commands import (
     replay,
     run,
     simulate,
+    train_user,
     validate,
 )
 from study.commands.terminal import report_errors
@@ -45,6 +46,8 @@ app.command("gallery")(gallery.gallery)
 app.command("validate")(validate.validate)
 app.command("protocol")(protocol.protocol)
 app.command("lock")(lock.lock)
+app.command("train-user")(train_user.train_user)
+app.command("check-user")(train_user.check_user)
 
 
 def main() -> None:
