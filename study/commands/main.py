@@ -10,6 +10,7 @@ from study.commands import (
     export_foxglove,
     gallery,
     lock,
+    participants,
     protocol,
     recover,
     replay,
@@ -37,6 +38,7 @@ def study(*, version: VersionOption = False) -> None:
 
 app.command("demo")(demo.demo)
 app.command("run")(run.run)
+app.command("participants")(participants.participants)
 app.command("simulate")(simulate.simulate)
 app.command("experiment")(experiment.experiment)
 app.command("replay")(replay.replay)

@@ -23,8 +23,8 @@ from cut_sessions import resume, study_loaded, whole_session, write_part
 from patience import PATIENCE_S
 from protocols import variant
 from study.commands.composing import start_failover_recorder
+from study.commands.enrolling import assign
 from study.commands.resuming import End, find_boundary, last_session
-from study.commands.running import assign
 from study.errors import RecordingError, StudyError
 from study.events.events import (
     Deviation,
