@@ -22,6 +22,19 @@ class Outbox:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
+class Step:
+    """What handling one input gave.
+
+    Attributes:
+        events: to be recorded, in order.
+        effects: to be carried out, in order.
+    """
+
+    events: tuple[Event, ...]
+    effects: tuple[Effect, ...]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
 class Preparation:
     """What a fit left for a later one to go on from.
 

@@ -140,3 +140,10 @@ Effect = (
     | EraseRecording
     | Finish
 )
+
+
+def moves_the_screen(effect: Effect) -> bool:
+    """Return whether an effect shows something, or lets time go on."""
+    return isinstance(effect, Show) or (
+        isinstance(effect, SetPace) and effect.timesteps_per_second > 0
+    )

@@ -5,14 +5,12 @@ The same inputs give the same events, byte for byte, on any machine.
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Literal
 
 from study.errors import RecordingError
 from study.events.codes import Phase
 from study.events.events import (
     Deviation,
-    Event,
     Paused,
     Resumed,
     SessionEnded,
@@ -44,8 +42,15 @@ from study.protocol import parse_protocol
 from study.screens import PauseScreen, Screen
 from study.seat_settings import ConsentPart
 from study.session.consent import consent_sha256
-from study.session.context import Context, Knowledge, Outbox
-from study.session.effects import Effect, EnsureDurable, EraseRecording, Finish, SetPace, Show
+from study.session.context import Context, Knowledge, Outbox, Step
+from study.session.effects import (
+    EnsureDurable,
+    EraseRecording,
+    Finish,
+    SetPace,
+    Show,
+    moves_the_screen,
+)
 from study.session.fitting import take_preparation
 from study.session.opening import questionnaires_of, texts_of
 from study.session.plan import FitPlan, PagesPlan, StagePlan
@@ -56,19 +61,6 @@ from study.session.stages import make_stage
 _PAUSED = noted("Paused")
 _INTERRUPTED = noted("Saving was interrupted. One moment, please")
 _RESTORED = noted("Saving was interrupted for a moment; it works again")
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Step:
-    """What handling one input gave.
-
-    Attributes:
-        events: to be recorded, in order.
-        effects: to be carried out, in order.
-    """
-
-    events: tuple[Event, ...]
-    effects: tuple[Effect, ...]
 
 
 class Session:
@@ -204,7 +196,7 @@ class Session:
                 self._next_stage(given.t_ns, out)
         if self._paused_ns >= 0:
             # An answer of the fleet may arrive in a pause; the pause screen stays.
-            kept = [effect for effect in out.effects if not _moves_the_screen(effect)]
+            kept = [effect for effect in out.effects if not moves_the_screen(effect)]
             out.effects = [*kept, Show(self._pause_screen())]
 
     def _can_pause(self) -> bool:
@@ -343,9 +335,3 @@ class Session:
         self.complete = complete
         out.events.append(SessionEnded(t_ns, complete, reason))
         out.effects += [SetPace(0.0), EnsureDurable(), Finish()]
-
-
-def _moves_the_screen(effect: Effect) -> bool:
-    return isinstance(effect, Show) or (
-        isinstance(effect, SetPace) and effect.timesteps_per_second > 0
-    )

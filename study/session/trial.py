@@ -7,13 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from study.events.codes import ActionSource, ChoiceFlag, ChoiceSource, Outcome, Phase
-from study.events.events import (
-    Suggestion,
-    Switched,
-    Timestep,
-    TimestepSkipped,
-    TrialEnded,
-)
+from study.events.events import Suggestion, Switched, Timestep, TimestepSkipped, TrialEnded
 from study.events.inputs import FleetObserved, Input, KeyChanged, PointerPressed, TimestepDue
 from study.screens import Screen
 from study.seeding import stream_seed
@@ -25,14 +19,7 @@ from study.session.allocation import (
 )
 from study.session.context import Context, Outbox
 from study.session.controls import Controls
-from study.session.effects import (
-    EnsureDurable,
-    SetPace,
-    Show,
-    StartFleet,
-    StepFleet,
-    StopFleet,
-)
+from study.session.effects import EnsureDurable, SetPace, Show, StartFleet, StepFleet, StopFleet
 from study.session.fit_gate import trial_as_run
 from study.session.fleet_run import FleetRun
 from study.session.number_entry import NumberEntry

@@ -13,6 +13,7 @@ from study.events.events import Event, TrialEnded, TrialStarted
 from study.events.fields import Record
 from study.events.inputs import FitCompleted, FitFailed, FitTimedOut, FleetObserved, Input
 from study.screens import Screen
+from study.session.context import Step
 from study.session.effects import (
     Effect,
     EnsureDurable,
@@ -25,7 +26,7 @@ from study.session.effects import (
     StepFleet,
     StopFleet,
 )
-from study.session.session import Session, Step
+from study.session.session import Session
 from study.shell.fitting import FitAnswer, Fitter
 from study.shell.fleet import Fleet
 

@@ -30,4 +30,4 @@ def test_other_names_are_refused_with_those_there_are(name: str) -> None:
     """No path, no private file and no module from elsewhere can be named."""
     with pytest.raises(UnknownNameError) as caught:
         load_member("study.scorers", "scorer", name)
-    assert "classifier, luce" in str(caught.value)
+    assert "classifier, lowest_health, luce" in str(caught.value)

@@ -83,16 +83,18 @@ def test_stopping_while_interrupted_ends_the_session() -> None:
 def test_every_stage_can_be_interrupted() -> None:
     """Fits and the robots' own trials stand still too, and the session is passed to its end."""
     shell = FakeShell(opened(short_study()))
-    entered = 0
+    entered = interruptions = 0
     while not shell.finished:
+        # A stage that has nothing to do is entered together with the one after it.
         stages = len(of_type(shell.events, StageEntered))
         if stages > entered:
             entered = stages
+            interruptions += 1
             shell.interrupt()
         shell.help()
     assert shell.session.complete
     codes = [event.code for event in of_type(shell.events, Deviation)]
-    assert codes == ["recording_interrupted"] * entered
+    assert codes == ["recording_interrupted"] * interruptions
     check_books(shell.events, short_study().description.idle_action)
     assert replayed(shell.inputs) == shell.log
 

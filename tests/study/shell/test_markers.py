@@ -138,7 +138,7 @@ def test_what_is_missing_is_said_before_the_session(
     words = " ".join(done.stderr.split())
     assert named in words
     assert "Traceback" not in words
-    assert list(folder.glob("*")) == []
+    assert list(folder.glob("*.mcap*")) == []
 
 
 def command(folder: Path) -> list[str]:
