@@ -9,6 +9,7 @@ from study.commands import (
     export_foxglove,
     gallery,
     lock,
+    preflight,
     protocol,
     recover,
     replay,
@@ -40,6 +41,7 @@ app.command("replay")(replay.replay)
 app.command("recover")(recover.recover)
 app.command("export-foxglove")(export_foxglove.export_foxglove)
 app.command("gallery")(gallery.gallery)
+app.command("preflight")(preflight.preflight)
 app.command("validate")(validate.validate)
 app.command("protocol")(protocol.protocol)
 app.command("lock")(lock.lock)
