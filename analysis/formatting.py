@@ -21,7 +21,7 @@ _SYMBOLS = {
     "partial eta squared": Markup("partial η²"),
     "generalised eta squared": Markup("generalised η²"),
 }
-_BOUNDED = {"r_rb", "partial eta squared", "generalised eta squared"}
+_BOUNDED = {"r_rb", "Kendall's W", "partial eta squared", "generalised eta squared"}
 
 
 def number(value: float, decimals: int = 2) -> str:
@@ -78,14 +78,14 @@ def _value(result: EffectResult) -> str:
 
 def plain_statistic(result: EffectResult) -> str:
     """Write a statistic as plain text, for figures: "F(1, 11) = 18.56"."""
-    inside = f"({degrees(result)})" if result.df1 is not None else ""
+    inside = f"({known})" if (known := degrees(result)) else ""
     return f"{result.statistic_name}{inside} = {_value(result)}".replace(NO_BREAK, " ")
 
 
 def equation(result: EffectResult) -> Markup:
     """Write a statistic for running text: "F(1, 11) = 18.56, p = .001"."""
     name = Markup("<i>{}</i>").format(result.statistic_name)
-    inside = f"({degrees(result)})" if result.df1 is not None else ""
+    inside = f"({known})" if (known := degrees(result)) else ""
     left = _unbroken(name + f"{inside}{NO_BREAK}={NO_BREAK}{number(result.statistic)}")
     return left + ", " + p_equation(result.p)
 

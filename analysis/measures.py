@@ -49,6 +49,7 @@ class AnalysedData:
         broken_trials: scored trials of phase three that did not run to their end.
         phase_four: complete trials of phase four of those kept.
         responses: answers of those kept.
+        scores: scores of instruments of those kept.
         rules: what each rule of the protocol did.
         excluded: participants left out by a rule of the protocol.
         unknown_rules: names of rules whose measure this version does not know.
@@ -64,6 +65,7 @@ class AnalysedData:
     broken_trials: pd.DataFrame
     phase_four: pd.DataFrame
     responses: pd.DataFrame
+    scores: pd.DataFrame
     rules: tuple[AppliedRule, ...]
     excluded: tuple[Excluded, ...]
     unknown_rules: tuple[str, ...]
@@ -88,7 +90,7 @@ def analysed_data(
     four = tested[(tested["phase"] == Phase.FOUR) & tested["complete"]]
     left_out = left_out[left_out["participant"].isin(kept) & (left_out["phase"] >= Phase.THREE)]
     every = trials["complete"] & trials["scored"] & (trials["phase"] == Phase.THREE)
-    responses = tables.frame("responses")
+    responses, scores = tables.frame("responses"), tables.frame("scores")
     return AnalysedData(
         trials=used,
         all_trials=three[three["complete"]],
@@ -99,6 +101,7 @@ def analysed_data(
         broken_trials=three[~three["complete"] & three["participant"].isin(kept)],
         phase_four=four[four["participant"].isin(kept)],
         responses=responses[responses["participant"].isin(kept)],
+        scores=scores[scores["participant"].isin(kept)],
         rules=rules,
         excluded=excluded,
         unknown_rules=unknown,

@@ -7,11 +7,12 @@ or of another kind is passed over, never an error.
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from analysis.recordings import Session, StudyRecordings
+from analysis.factors import Crossing, crossed_settings
+from analysis.instruments import Instrument, Item, instruments
+from analysis.recordings import StudyRecordings
 from study.events.codes import Phase
 
 
@@ -22,17 +23,6 @@ class Condition:
     name: str
     label: str
     allocation: str
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Item:
-    """One item of a questionnaire."""
-
-    name: str
-    text: str
-    low: int
-    high: int
-    labels: Mapping[str, str]
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -61,17 +51,21 @@ class ProtocolFacts:
     Attributes:
         title: the study's title.
         conditions: those of phase three, the reference first.
-        items: items of the questionnaires, by id.
+        instruments: the questionnaires, by name.
+        items: their items, by id.
         assumptions: key path to reason, in the protocol's order.
         exclusions: rules by which participants are left out.
         trial_exclusions: rules by which single trials are left out.
         planned_participants: how many were planned; None if not stated.
         planned_trials: trials planned in each condition; None if not stated.
+        crossing: the factors that the conditions cross; None if they cross none.
+        planned_conditions: how many conditions the protocol declares, run or not.
         equivalence_bound: smallest difference of interest, points; None if not stated.
     """
 
     title: str
     conditions: tuple[Condition, ...]
+    instruments: Mapping[str, Instrument]
     items: Mapping[str, Item]
     assumptions: tuple[tuple[str, str], ...]
     exclusions: tuple[ExclusionRule, ...]
@@ -79,6 +73,8 @@ class ProtocolFacts:
     planned_participants: int | None
     planned_trials: int | None
     equivalence_bound: float | None = None
+    planned_conditions: int = 0
+    crossing: Crossing | None = None
 
     @property
     def levels(self) -> tuple[str, ...]:
@@ -95,10 +91,13 @@ def protocol_facts(study: StudyRecordings) -> ProtocolFacts:
     session = study.first
     protocol = session.protocol
     about = _table(protocol.get("study"))
+    asked = instruments(session)
+    conditions = _conditions(study)
     return ProtocolFacts(
         title=str(about.get("title") or about.get("name") or "A study without a title"),
-        conditions=_conditions(study),
-        items=_items(session),
+        conditions=conditions,
+        instruments=asked,
+        items=_items(asked),
         assumptions=tuple(_flat(_table(protocol.get("assumptions")))),
         exclusions=tuple(_exclusions(protocol)),
         trial_exclusions=tuple(_trial_exclusions(protocol)),
@@ -107,6 +106,8 @@ def protocol_facts(study: StudyRecordings) -> ProtocolFacts:
         equivalence_bound=_number_or_none(
             _table(protocol.get("analysis")).get("equivalence_bound")
         ),
+        planned_conditions=len(_declared(protocol)),
+        crossing=_crossing(protocol, [condition.name for condition in conditions]),
     )
 
 
@@ -116,8 +117,7 @@ def _conditions(study: StudyRecordings) -> tuple[Condition, ...]:
         for trial in session.trials.values():
             if trial.phase == Phase.THREE and trial.condition:
                 found.setdefault(trial.condition, trial.allocation)
-    declared = study.first.protocol.get("conditions")
-    entries = [_table(item) for item in declared] if isinstance(declared, list) else []
+    entries = _declared(study.first.protocol)
     labels = {str(e["name"]): str(e.get("label") or e["name"]) for e in entries if "name" in e}
     names = [name for name in labels if name in found]
     names += sorted(set(found) - set(names))
@@ -127,23 +127,24 @@ def _conditions(study: StudyRecordings) -> tuple[Condition, ...]:
     return tuple(conditions)
 
 
-def _items(session: Session) -> dict[str, Item]:
-    try:
-        asked = json.loads(session.opened.questionnaires_json or "{}")
-    except json.JSONDecodeError:
-        return {}
+def _declared(protocol: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    declared = protocol.get("conditions")
+    return [_table(item) for item in declared] if isinstance(declared, list) else []
+
+
+def _crossing(protocol: Mapping[str, Any], names: list[str]) -> Crossing | None:
+    """Return what is crossed by the conditions that ran, where the protocol declares them all."""
+    entries = {str(entry.get("name")): entry for entry in _declared(protocol)}
+    if not all(name in entries for name in names):
+        return None
+    return crossed_settings([entries[name] for name in names])
+
+
+def _items(asked: Mapping[str, Instrument]) -> dict[str, Item]:
     items: dict[str, Item] = {}
-    for _, value in sorted(_table(asked).items()):
-        questionnaire = _table(value)
-        labels = {str(k): str(v) for k, v in _table(questionnaire.get("labels")).items()}
-        low = _whole_or_none(questionnaire.get("low"))
-        high = _whole_or_none(questionnaire.get("high"))
-        entries = questionnaire.get("items")
-        for entry in entries if isinstance(entries, list) else []:
-            name, text = _table(entry).get("id"), _table(entry).get("text")
-            if name and text:
-                made = Item(str(name), str(text), low or 1, high or 7, labels)
-                items.setdefault(made.name, made)
+    for instrument in asked.values():
+        for item in instrument.items:
+            items.setdefault(item.name, item)
     return items
 
 

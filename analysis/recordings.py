@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from analysis.damaged import KnownTrials, broken_trials, unknown_trials
+from analysis.left_out import LeftOut
 from analysis.source import RecordingSource
 from study.errors import RecordingError, StudyError
 from study.events.events import SessionEnded, TrialEnded, TrialStarted
@@ -171,9 +172,17 @@ def load_recordings(paths: Sequence[Path], *, pool: bool = False) -> StudyRecord
             recordings.append(read_recording(path))
         except RecordingError as error:
             leave_out(path, error)
+    register = LeftOut()
     for joined in join_parts(recordings):
         try:
             session = open_session(joined.path.name, joined)
+            opened, study = session.opened, session.protocol.get("study", {}).get("name", "")
+            reason = register.reason(joined, study, opened.participant, opened.operator_kind)
+            if reason:
+                set_aside.append(
+                    SetAside(session.file, opened.participant, reason, opened.started_utc)
+                )
+                continue
             sessions.append(
                 dataclasses.replace(
                     session,

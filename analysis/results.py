@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
+
 from analysis.data_label import DataLabel, data_label
+from analysis.factorial import Factorial, factorial
 from analysis.measures import AnalysedData, analysed_data
 from analysis.protocol_facts import ProtocolFacts, protocol_facts
 from analysis.recordings import StudyRecordings
 from analysis.robustness import Robustness, order_tests, reward_tests, robustness
+from analysis.scored_instruments import scored_instruments
 from analysis.statistics.cells import Cells, cell_means
 from analysis.statistics.crossover import Crossover
 from analysis.statistics.latin_square import LatinSquare
@@ -17,6 +21,7 @@ from analysis.statistics.order_effects import OrderRow, describe_orders
 from analysis.statistics.phase_four import PhaseFour, phase_four
 from analysis.statistics.pooled_trials import condition_and_trial, condition_trial_order
 from analysis.statistics.result import EffectResult, Outcome, Refusal
+from analysis.statistics.scale_scores import ScaleRow
 from analysis.tables.study_tables import StudyTables
 from analysis.variants import Variant, variants
 from study.events.codes import Phase
@@ -37,12 +42,15 @@ class StudyResults:
         cells: team reward by participant and condition.
         primary: the primary test.
         sensitivity: other tests of the same question.
+        contrasts: each pair of three or more conditions, Holm-adjusted.
+        factorial: the effects of the factors that conditions cross; None if they cross none.
         variants: the primary test on other choices of rows.
         comparison: the paper's form.
         robustness: the difference from other sides; None unless two conditions were compared.
         order_tests: condition, period and carry-over; None where conditions were not tested.
         orders: description by order.
-        ratings: a row for each item and occasion.
+        ratings: a row for each item on a scale that enters no score, and occasion.
+        scales: a row for each scale of a scored instrument, and occasion.
         phase_four: policies on their own.
     """
 
@@ -54,12 +62,15 @@ class StudyResults:
     cells: Cells
     primary: Outcome
     sensitivity: tuple[Outcome, ...]
+    contrasts: tuple[Outcome, ...]
+    factorial: Factorial | None
     variants: tuple[Variant, ...]
     comparison: tuple[Outcome, ...]
     robustness: Robustness | None
     order_tests: Crossover | LatinSquare | Refusal | None
     orders: tuple[OrderRow, ...]
     ratings: tuple[LikertRow, ...]
+    scales: tuple[ScaleRow, ...]
     phase_four: PhaseFour
 
     @property
@@ -98,18 +109,37 @@ def compute_results(study: StudyRecordings, tables: StudyTables) -> StudyResults
         cells=cells,
         primary=tests.primary,
         sensitivity=tests.sensitivity,
+        contrasts=tests.contrasts,
+        factorial=factorial(facts.crossing, data.trials, cells),
         variants=variants(data, cells, tests.primary, whole),
         comparison=(condition_trial_order(used, levels), condition_and_trial(used, levels)),
         robustness=robustness(cells, tests.means, facts.equivalence_bound),
         order_tests=order_tests(cells, data.orders, tests.means),
         orders=tuple(describe_orders(used, dict(data.orders))),
         ratings=tuple(_ratings(data, facts)),
+        scales=scored_instruments(study, data, levels),
         phase_four=phase_four(data.phase_four, tables.frame("fits"), levels, baseline),
     )
 
 
+def rated_items(facts: ProtocolFacts) -> frozenset[tuple[str, str]]:
+    """Return (questionnaire, item) of all that is answered on a scale and enters no score."""
+    found = set()
+    for name, instrument in facts.instruments.items():
+        scored = {item for scale in instrument.scales for item in scale.items}
+        for item in instrument.items:
+            if item.kind == "scale" and item.name not in scored:
+                found.add((name, item.name))
+    return frozenset(found)
+
+
 def _ratings(data: AnalysedData, facts: ProtocolFacts) -> list[LikertRow]:
-    answers = data.responses
+    rated, known = rated_items(facts), set(facts.instruments)
+    names = zip(data.responses["questionnaire"], data.responses["item"], strict=True)
+    # What no questionnaire on record declares is taken for a rating: nothing is passed over.
+    wanted = np.array([pair in rated or pair[0] not in known for pair in names], dtype=bool)
+    answers = data.responses[wanted]
+    answers = answers[answers["condition"] != ""]
     pairs = set(zip(answers["item"], answers["occasion"], strict=True))
     asked = {(str(item), str(occasion)) for item, occasion in pairs}
     items = [item for item in facts.items if any(key[0] == item for key in asked)]

@@ -9,8 +9,10 @@ import pandas as pd
 
 from analysis.statistics.bayes_factor import BayesFactor, paired_bayes_factor
 from analysis.statistics.cells import Cells
+from analysis.statistics.contrasts import paired_contrasts
 from analysis.statistics.crossover import Crossover, crossover
 from analysis.statistics.equivalence import equivalence
+from analysis.statistics.friedman import friedman
 from analysis.statistics.latin_square import LatinSquare, latin_square
 from analysis.statistics.leave_one_out import LeaveOneOut, leave_one_out
 from analysis.statistics.normality import shapiro_wilk
@@ -29,11 +31,14 @@ class RewardTests:
         primary: of the participants' means, or of the trials where somebody lacks some.
         sensitivity: other tests of the same question.
         means: the test of the participants' means, primary or not.
+        contrasts: each pair of three or more conditions, Holm-adjusted: of the means, or of the
+            trials where these are primary.
     """
 
     primary: Outcome
     sensitivity: tuple[Outcome, ...]
     means: Outcome
+    contrasts: tuple[Outcome, ...] = ()
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -77,7 +82,8 @@ def reward_tests(trials: pd.DataFrame, cells: Cells) -> RewardTests:
     period = trials["block"].astype("int64")
     levels = cells.levels
     model = trial_model(trials.assign(period=period), levels)
-    means = rm_anova(cells)
+    several = len(levels) > 2
+    means = rm_anova(cells, "Participant means (RM-ANOVA)") if several else rm_anova(cells)
     by_trial = model if isinstance(model, Refusal) else _named(model.test("condition"))
     others: list[Outcome] = []
     if _trials_missing(trials, cells) and isinstance(by_trial, EffectResult):
@@ -94,7 +100,12 @@ def reward_tests(trials: pd.DataFrame, cells: Cells) -> RewardTests:
         others.append(_named(model.satterthwaite[0]))
     if isinstance(means, EffectResult):
         others += _beside_means(cells)
-    return RewardTests(primary, tuple(others), means)
+    pairs: tuple[Outcome, ...] = ()
+    if several and isinstance(primary, EffectResult):
+        pairs = paired_contrasts(cells)
+        if primary.method == "Kenward-Roger" and not isinstance(model, Refusal):
+            pairs = tuple(_pair(test) for test in model.contrasts)
+    return RewardTests(primary, tuple(others), means, pairs)
 
 
 def robustness(cells: Cells, means: Outcome, bound: float | None) -> Robustness | None:
@@ -133,9 +144,13 @@ def order_tests(
 def _beside_means(cells: Cells) -> list[Outcome]:
     """Return the tests without assumptions of distribution, of two conditions."""
     if len(cells.levels) != 2:
-        return []
+        return [friedman(cells)]
     differences = cells.means[:, 1] - cells.means[:, 0]
     return [signed_rank(differences, cells.participants), sign_flip(cells)]
+
+
+def _pair(test: EffectResult) -> EffectResult:
+    return dataclasses.replace(test, name=test.name.split(": ", 1)[-1])
 
 
 def _named(result: EffectResult) -> EffectResult:

@@ -34,6 +34,9 @@ def expected_minutes(protocol: Protocol, horizon: int) -> list[tuple[str, float]
         ("Phase one", PAGE_S + one.episodes * (0.5 * horizon / rate + READY_S)),
         ("Phase two", PAGE_S + two.trials * (two.trial_timesteps / rate + READY_S) + FIT_S),
     ]
+    if round_ := protocol.correction_round:
+        trials = round_.trials * (round_.trial_timesteps / rate + READY_S)
+        seconds.append(("Correction round", PAGE_S + trials + FIT_S))
     for condition in protocol.conditions:
         trials = three.trials * (three.trial_timesteps / rate + READY_S)
         asking = asked * SURVEY_S + REVEAL_S

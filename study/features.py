@@ -50,6 +50,22 @@ def standardisation(
     )
 
 
+@functools.lru_cache(maxsize=16)
+def range_standardisation(fields: tuple[StateField, ...]) -> Standardisation:
+    """Return what maps each field's range to -1 to 1, whatever the data.
+
+    Args:
+        fields: the state's d fields.
+    """
+    circular = np.array([field.circular for field in fields])
+    low = np.array([field.low for field in fields])
+    high = np.array([field.high for field in fields])
+    return Standardisation(
+        mean=np.where(circular, 0.0, (low + high) / 2),
+        deviation=np.where(circular, 1.0, (high - low) / 2),
+    )
+
+
 def encode(
     states: npt.NDArray[np.float32],
     fields: Sequence[StateField],
@@ -134,3 +150,9 @@ def feature_names(fields: Sequence[StateField]) -> tuple[str, ...]:
     for field in fields:
         names += [f"sin {field.name}", f"cos {field.name}"] if field.circular else [field.name]
     return tuple(names)
+
+
+def standardised_columns(fields: Sequence[StateField]) -> dict[int, int]:
+    """Return which features of "sine_cosine" are standardised: column to field of the state."""
+    layout = _layout(tuple(fields))
+    return dict(zip(layout.plain_columns, layout.plain, strict=True))

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
 from study.errors import ProtocolError
 from study.messages import SOURCE
+from study.scorer_settings import CorrectionRoundPart, MemberPart, ScorerPart, scorer_problems
 from study.seat_settings import (
     NUMBER_ROW,
     BreakPart,
@@ -66,14 +67,6 @@ class TaskPart(Part):
         default="reset", description="whether a robot that ended starts anew or stays"
     )
     parameters: dict[str, Any] = Field(default_factory=dict, description="see the task")
-
-
-class MemberPart(Part):
-    """A policy or scorer with its hyper-parameters."""
-
-    name: str = Field(description="name of the policy or scorer")
-    fit_budget_seconds: float = Field(default=30.0, gt=0, description="when a fit is given up, s")
-    parameters: dict[str, Any] = Field(default_factory=dict, description="hyper-parameters")
 
 
 class PracticePart(Part):
@@ -206,7 +199,8 @@ class AnalysisPart(Part):
 
     primary: Literal["team_reward"] = Field(default="team_reward", description="primary measure")
     planned: tuple[
-        Literal["rm_anova", "pooled_trials", "likert", "phase_four", "heat_maps"], ...
+        Literal["rm_anova", "pooled_trials", "likert", "instruments", "phase_four", "heat_maps"],
+        ...,
     ] = Field(min_length=1, description="what the report computes")
     equivalence_bound: float | None = Field(
         default=None, gt=0, description="smallest difference of interest, points"
@@ -221,10 +215,11 @@ class Protocol(Part):
     timing: TimingPart
     task: TaskPart
     policy: MemberPart
-    scorers: dict[Name, MemberPart] = Field(default_factory=dict)
+    scorers: dict[Name, ScorerPart] = Field(default_factory=dict)
     practice: PracticePart
     phase_one: PhaseOnePart
     phase_two: PhaseTwoPart
+    correction_round: CorrectionRoundPart | None = None
     phase_three: PhaseThreePart
     phase_four: PhaseFourPart | None = None
     conditions: tuple[Condition, ...] = Field(min_length=1)
@@ -269,8 +264,11 @@ class Protocol(Part):
                     f"[scorers]; {nearest(condition.scorer, list(self.scorers))}"
                     f"there: {', '.join(self.scorers) or 'none'}"
                 )
+        yield from scorer_problems(self.scorers, self.correction_round, self.phase_two.trials)
         yield from self._key_conflicts()
-        largest = max([self.phase_two.robots, *(each.robots for each in self.conditions)])
+        rounds = [self.correction_round.robots] if self.correction_round else []
+        fleets = [each.robots for each in self.conditions]
+        largest = max([self.phase_two.robots, *rounds, *fleets])
         if len(self.keys.robots) < min(largest, NUMBER_ROW):
             yield (
                 f"keys.robots: {len(self.keys.robots)} keys given for a fleet of {largest}; "
@@ -314,6 +312,8 @@ def parse_protocol(text: str, source: str) -> Protocol:
         raw = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ProtocolError(source, [f"not TOML: {error}"]) from error
+    if "experiment" in raw and "study" not in raw:
+        raise ProtocolError(source, ["an experiment, not a study: run it with study experiment"])
     try:
         # By way of JSON pydantic can be strict ("2" and true are no numbers) and yet take
         # arrays for tuples.
@@ -321,14 +321,15 @@ def parse_protocol(text: str, source: str) -> Protocol:
     except ValidationError as error:
         problems = list(validation_problems(error, Protocol, given_file=raw))
         raise ProtocolError(source, problems) from error
-    missing = [path for path in protocol.assumptions if not _has_path(raw, path)]
-    if missing:
-        problems = [
-            f'assumptions: "{path}" names no setting of this file; write the key path of one'
-            for path in missing
-        ]
+    if problems := missing_paths(raw, protocol.assumptions):
         raise ProtocolError(source, problems)
     return protocol
+
+
+def missing_paths(raw: object, assumptions: Iterable[str]) -> list[str]:
+    """Return a problem for each assumption that is about no setting of the file."""
+    words = "names no setting of this file; write the key path of one"
+    return [f'assumptions: "{path}" {words}' for path in assumptions if not _has_path(raw, path)]
 
 
 def _has_path(raw: object, path: str) -> bool:

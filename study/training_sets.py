@@ -95,15 +95,23 @@ def is_usable_choice(row: Timestep) -> bool:
     )
 
 
-def choice_sets(timesteps: Iterable[Timestep], robots: int, state_size: int) -> ChoiceSets:
+def choice_sets(
+    timesteps: Iterable[Timestep], robots: int, state_size: int, *, of_larger: bool = False
+) -> ChoiceSets:
     """Collect the operator's choices from trials with ``robots`` robots.
 
     Args:
         timesteps: events; rows of fleets of another size are passed over.
         robots: n.
         state_size: d.
+        of_larger: whether choices in fleets of other sizes are taken too, if there were at most
+            ``robots`` robots to choose from. Of a larger fleet those that could be chosen take
+            the places, in order; places that are left over are not available.
     """
-    rows = [row for row in timesteps if row.robots == robots and is_usable_choice(row)]
+    usable = [row for row in timesteps if is_usable_choice(row)]
+    if of_larger:
+        return _offered_sets(usable, robots, state_size)
+    rows = [row for row in usable if row.robots == robots]
     return ChoiceSets(
         states=np.array([row.states for row in rows], dtype=np.float32).reshape(
             -1, robots, state_size
@@ -112,6 +120,23 @@ def choice_sets(timesteps: Iterable[Timestep], robots: int, state_size: int) -> 
         chosen=np.array([row.operated for row in rows], dtype=np.int32),
         trials=np.array([row.trial_id for row in rows], dtype=np.int32),
     )
+
+
+def _offered_sets(usable: list[Timestep], robots: int, state_size: int) -> ChoiceSets:
+    rows = [
+        row for row in usable if row.robots <= robots or np.count_nonzero(row.available) <= robots
+    ]
+    states = np.zeros((len(rows), robots, state_size), dtype=np.float32)
+    available = np.zeros((len(rows), robots), dtype=np.bool_)
+    chosen = np.zeros(len(rows), dtype=np.int32)
+    for place, row in enumerate(rows):
+        small = row.robots <= robots
+        offered = np.arange(row.robots) if small else np.flatnonzero(row.available)
+        states[place, : len(offered)] = row.states[offered]
+        available[place, : len(offered)] = row.available[offered] != 0
+        chosen[place] = int(np.flatnonzero(offered == row.operated)[0])
+    trials = np.array([row.trial_id for row in rows], dtype=np.int32)
+    return ChoiceSets(states, available, chosen, trials)
 
 
 def arrays_sha256(arrays: dict[str, npt.NDArray[np.generic]]) -> str:

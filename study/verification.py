@@ -7,6 +7,7 @@ the task anew (for tasks that declare it), and nothing else is believed.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from study.protocol import parse_protocol
 from study.recording.parts import SessionRecording, part_number, read_session
 from study.recording.reader import Recording
 from study.recording.wire import decode, encode
-from study.session.effects import StartFleet, StepFleet
+from study.session.effects import Effect, RequestFit, StartFleet, StepFleet
 from study.session.session import Session
 from study.shell.fleet_host import FleetAnswer, FleetHost
 
@@ -120,7 +121,7 @@ def verify_recording(
         inputs += 1
         expected = [(event.topic, encode(event)) for event in step.events]
         if twin:
-            twin.expect([e for e in step.effects if isinstance(e, StartFleet | StepFleet)])
+            twin.expect(step.effects)
     if not difference and not inputs and first_lost is None:
         difference = "the recording holds no inputs to replay"
     if not difference and expected and recording.complete:
@@ -160,13 +161,16 @@ class _Twin:
         self._scorers: dict[str, str] = {}
         self._policy = ""
         self._answers: dict[int, FleetAnswer] = {}
+        self._background: set[int] = set()
         self.compared = 0
         self.largest_deviation = 0.0
         self.difference = ""
 
-    def expect(self, effects: list[StartFleet | StepFleet]) -> None:
-        if self._host:
-            for effect in effects:
+    def expect(self, effects: Sequence[Effect]) -> None:
+        for effect in effects:
+            if isinstance(effect, RequestFit) and effect.background:
+                self._background.add(effect.request_id)
+            elif isinstance(effect, StartFleet | StepFleet) and self._host:
                 self._answers[effect.request_id] = self._host.answer(effect)
 
     def compare(self, given: Input) -> None:
@@ -180,6 +184,8 @@ class _Twin:
                 self.difference = f'the task "{name}" gives other states when stepped again'
                 self._host = None
         elif isinstance(given, FitCompleted) and self._host:
+            if given.request_id in self._background:
+                return
             algorithm = self._scorers.get(given.artefact_id)
             kind = "scorer" if algorithm else "policy"
             self._host.add_artefact(

@@ -21,6 +21,7 @@ def test_wheel_holds_protocols_fonts_and_templates(tmp_path: Path) -> None:
         "study/shipped_protocols/pilot.toml",
         "study/shipped_protocols/smoke.toml",
         "study/shipped_protocols/questionnaires/ease_and_success.toml",
+        "study/simulated/users/navigation.safetensors",
         "study/shell/fonts/Inter-Medium.otf",
         "study/shell/fonts/OFL.txt",
         "study/locales/en/LC_MESSAGES/study.mo",

@@ -22,6 +22,7 @@ from pydantic import BaseModel
 
 import analysis.commands.main
 import study.commands.main
+from study.experiment.protocol import ExperimentProtocol
 from study.families import known_members, load_member
 from study.protocol import Protocol
 from study.questionnaire import Questionnaire
@@ -80,6 +81,8 @@ def protocol_reference() -> str:
             summary = _first_paragraph(inspect.getdoc(module))
             parts.append(f"### {family} `{name}`\n\n{summary}")
             parts += list(_tables(module.Parameters, path, "####")) or ["Nothing to set."]
+    parts.append("## An experiment's file")
+    parts += _tables(ExperimentProtocol, "", "###")
     parts.append("## A questionnaire's file")
     parts += _tables(Questionnaire, "", "###")
     return "\n\n".join(parts)
@@ -98,9 +101,18 @@ def commands_reference() -> str:
 
 
 def assumptions_reference() -> str:
-    """Return what scaled_autonomy.toml marks as assumed, with the value that it sets."""
-    text = (ROOT / "protocols" / "scaled_autonomy.toml").read_text(encoding="utf-8")
-    protocol = tomllib.loads(text)
+    """Return what the paper's study and experiments mark as assumed, with the value set."""
+    return "\n\n".join(
+        f"## {title}\n\n{_assumptions(name)}"
+        for title, name in (
+            ("The study", "scaled_autonomy.toml"),
+            ("The simulation experiments", "simulation.toml"),
+        )
+    )
+
+
+def _assumptions(name: str) -> str:
+    protocol = tomllib.loads((ROOT / "protocols" / name).read_text(encoding="utf-8"))
     rows = [
         (f"`{path}`", _value_at(protocol, path), reason)
         for path, reason in protocol["assumptions"].items()
@@ -227,7 +239,9 @@ def _spellings(key: str, info: typer.models.OptionInfo) -> list[str]:
     # Within Annotated, Typer keeps the first spelling in the place of the default.
     first = (info.default,) if isinstance(info.default, str) else ()
     given = [*first, *(info.param_decls or ())] or [f"--{key.replace('_', '-')}"]
-    return sorted(given, key=lambda word: not word.startswith("--"))
+    # A switch that is on unless it is turned off has both its spellings in one.
+    words = [word for spelling in given for word in spelling.split("/")]
+    return sorted(words, key=lambda word: not word.startswith("--"))
 
 
 def _type_word(plain: Any, info: typer.models.ParameterInfo) -> str:  # noqa: ANN401
@@ -254,7 +268,8 @@ def _value_at(node: Any, path: str) -> str:  # noqa: ANN401 - TOML of any kind
         else:
             node = node[step]
     if isinstance(node, dict):
-        return ", ".join(f"{key} {value}" for key, value in node.items() if key != "parameters")
+        plain = {key: value for key, value in node.items() if key not in ("parameters", "label")}
+        return ", ".join(f"{key} {value}" for key, value in plain.items())
     if isinstance(node, list) and node and isinstance(node[0], dict):
         return ", ".join(f"`{json.dumps(item['name'])}`" for item in node)
     return f"`{json.dumps(node)}`"

@@ -12,10 +12,14 @@ from analysis.commands.writing import open_recordings, write_tables
 from analysis.data_label import data_label
 from analysis.files import make_folder, write_text
 from analysis.tables.study_tables import StudyTables
+from study.errors import StudyError
+from study.trial_files import is_results
 
 
 def report(
-    recordings: Annotated[list[Path], typer.Argument(help="Recordings, or folders of them.")],
+    recordings: Annotated[
+        list[Path], typer.Argument(help="Recordings or folders of them, or results.")
+    ],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the report.")],
     *,
     pool_protocols: Annotated[
@@ -26,9 +30,15 @@ def report(
         ),
     ] = False,
 ) -> None:
-    """Write report.html and tables/*.csv; a report already there is made anew."""
+    """Write report.html and tables/*.csv; a report already there is made anew.
+
+    Recordings, or the one folder of an experiment's results.
+    """
     console = Console(stderr=True, soft_wrap=True)
-    path = write_report(recordings, output, console, pool=pool_protocols)
+    if any(is_results(path) for path in recordings):
+        path = write_experiment_report(recordings, output)
+    else:
+        path = write_report(recordings, output, console, pool=pool_protocols)
     console.print(f"Report: {path}", markup=False, highlight=False, soft_wrap=True)
 
 
@@ -61,4 +71,27 @@ def write_report(
         page = render_report(compute_results(study, tables))
     path = output / "report.html"
     write_text(path, page)
+    return path
+
+
+def write_experiment_report(folders: list[Path], output: Path) -> Path:
+    """Build the report of an experiment and its tables and return the report's path.
+
+    Raises:
+        StudyError: there is more than one folder, or its results cannot be used.
+    """
+    from analysis.experiment.frames import load_experiment  # noqa: PLC0415 - slow to import
+    from analysis.experiment.page import render_experiment  # noqa: PLC0415
+    from analysis.experiment.summary import write_experiment_tables  # noqa: PLC0415
+
+    if len(folders) > 1:
+        raise StudyError(
+            f"{len(folders)} paths given; an experiment's report is of one folder of results",
+            "Give each folder to a command of its own.",
+        )
+    experiment = load_experiment(folders[0])
+    make_folder(output)
+    write_experiment_tables(experiment, output / "tables")
+    path = output / "report.html"
+    write_text(path, render_experiment(experiment))
     return path

@@ -74,9 +74,9 @@ def export(results: StudyResults, folder: Path, *, long: bool, parquet: bool) ->
             files.append(f"parquet/{name}.parquet")
         files.append(path)
     wide = wide_table(results)
-    described["wide"] = (wide.text, (*wide.columns, DATA_COLUMN))
+    described["wide"] = (wide.text, wide.columns)
     make_folder(folder / "jasp_jamovi")
-    write_text(folder / "jasp_jamovi" / "wide.csv", wide.to_csv(label.line))
+    write_text(folder / "jasp_jamovi" / "wide.csv", wide.to_csv(None))
     files.append("jasp_jamovi/wide.csv")
     counts = reconcile(results.study, rows)
     wrong = [count for count in counts if not count.agrees]

@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 
 from analysis.recordings import StudyRecordings
+from analysis.tables import scores
 from study.events.events import (
     Deviation,
     EpisodeEnded,
@@ -15,11 +16,14 @@ from study.events.events import (
     Switched,
     Timestep,
 )
+from study.events.fit_events import FitGateJudged
+from study.events.participant_events import InstrumentScored
 
 TOPICS: Mapping[str, tuple[str, ...]] = {
     "episodes": (EpisodeEnded.topic,),
     "responses": (QuestionAnswered.topic,),
     "fits": (FitRequested.topic,),
+    "fit_gates": (FitGateJudged.topic,),
     "switches": (Switched.topic,),
     "deviations": (Deviation.topic, Resumed.topic),
     "timesteps": (Timestep.topic,),
@@ -62,6 +66,11 @@ def reconcile(study: StudyRecordings, rows: Mapping[str, int]) -> list[Count]:
         for name, topics in TOPICS.items()
         if name in rows
     ]
+    if "scores" in rows:
+        # Sessions that recorded no score are scored from their answers: not records of theirs.
+        computed = int((scores.build(study).frame["origin"] == scores.COMPUTED).sum())
+        recorded = _records(study, (InstrumentScored.topic,))
+        counts.append(Count("scores", rows["scores"] - computed, recorded))
     if "robots" in rows:
         counts.append(Count("robots", rows["robots"], _robots(study)))
     return counts

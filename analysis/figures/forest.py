@@ -37,14 +37,16 @@ def forest(name: str, groups: Sequence[ForestGroup], labels: Sequence[str]) -> D
     Args:
         name: unique in the page.
         groups: the models; the first result of the first group is the primary one.
-        labels: of the two conditions, the reference first.
+        labels: of the two conditions, the reference first; none if rows compare others.
     """
     shown = [group for group in groups if group.results]
     if not shown:
         return None
     rows = sum(len(group.results) for group in shown)
     bottom = 34 + rows * ROW + len(shown) * HEAD
-    title = f"Differences, {labels[-1]} minus {labels[0]}, of {rows} models with 95% intervals"
+    title = f"Differences of {rows} pairs of conditions with 95% intervals"
+    if labels:
+        title = f"Differences, {labels[-1]} minus {labels[0]}, of {rows} models with 95% intervals"
     drawing = Drawing(name, WIDTH, bottom + 46, title)
     reach = [r.estimate for g in shown for r in g.results if r.estimate is not None]
     for group in shown:
@@ -52,14 +54,16 @@ def forest(name: str, groups: Sequence[ForestGroup], labels: Sequence[str]) -> D
             if result.interval is not None:
                 reach += [result.interval.low, result.interval.high]
     scale = Scale(reach, PLOT_LEFT + 8, PLOT_RIGHT - 8, ticks=7, zero=True)
-    _header(drawing)
+    _header(drawing, "Model" if labels else "Pair")
     for tick in scale.ticks:
         x = scale(tick)
         drawing.line((x, 28), (x, bottom), "s-ink" if tick == 0 else "s-rule")
         drawing.text((x, bottom + 17), scale.label(tick), "f-quiet", "middle", 11.5)
-    drawing.text((scale(0) - 8, bottom + 35), f"← {labels[0]} better", "f-quiet", "end", 11.5)
-    drawing.text((scale(0) + 8, bottom + 35), f"{labels[-1]} better →", "f-quiet", "start", 11.5)
-    primary = shown[0].results[0].estimate
+    if labels:
+        under = bottom + 35
+        drawing.text((scale(0) - 8, under), f"← {labels[0]} better", "f-quiet", "end", 11.5)
+        drawing.text((scale(0) + 8, under), f"{labels[-1]} better →", "f-quiet", "start", 11.5)
+    primary = shown[0].results[0].estimate if labels else None
     if primary is not None:
         drawing.line((scale(primary), 28), (scale(primary), bottom), "s-quiet thin-dash")
     y = 34.0
@@ -73,9 +77,9 @@ def forest(name: str, groups: Sequence[ForestGroup], labels: Sequence[str]) -> D
     return drawing
 
 
-def _header(drawing: Drawing) -> None:
+def _header(drawing: Drawing, what: str) -> None:
     middle = (PLOT_LEFT + PLOT_RIGHT) / 2
-    drawing.text((0, 14), "Model", "f-ink bold", size=12)
+    drawing.text((0, 14), what, "f-ink bold", size=12)
     drawing.text((middle, 14), "Difference, points", "f-ink bold", "middle", 12)
     drawing.text((ESTIMATE_RIGHT, 14), "Estimate [95% CI]", "f-ink bold", "end", 12)
     drawing.text((STATISTIC_RIGHT, 14), "Statistic", "f-ink bold", "end", 12)

@@ -19,6 +19,8 @@ from study.events.task_description import MapGrid
 WIDTH, GAP = 920.0, 26.0
 LARGE_WIDTH = 336.0
 SMALL_GAP = 10.0
+LOW_HEALTH = 30.0
+"""Below it participants see the cue of low health (`study.session.cues`); it is not recorded."""
 HEADING_NAMES = (
     "→ east",
     "↗ north-east",
@@ -67,7 +69,9 @@ def heat_map_row(name: str, scores: ScoreMap, scene: Scene, grid: MapGrid, limit
     top = small_height + 17 + 8
     for place, health in enumerate(grid.healths):
         x = left + place * (small + SMALL_GAP)
-        drawing.text((x, top + 11), f"health {health:g}", "f-quiet", size=11.5)
+        low = health < LOW_HEALTH
+        named = f"health {health:g}, low" if low else f"health {health:g}"
+        drawing.text((x, top + 11), named, "f-warn bold" if low else "f-quiet", size=11.5)
         painter.map(f"health{place}", scores.by_health[place], (x, top + 17), small, ())
     return drawing
 

@@ -9,6 +9,7 @@ import numpy as np
 from scipy import stats
 
 from analysis.figures.svg import Drawing, Scale, panel_title, vertical_axis
+from analysis.formatting import number
 from analysis.statistics.cells import Cells
 from analysis.statistics.pairs import SMALLEST_N
 from analysis.statistics.result import Interval
@@ -42,18 +43,25 @@ def paired_means(
         unit: unit and what is averaged.
     """
     title = f"{measure} of {_people(cells)} under {' and '.join(labels)}, joined; differences"
-    drawing = Drawing(name, WIDTH, HEIGHT, title)
+    several = len(labels) > 2
+    # Two conditions stand side by side; more need the width for themselves, one below the other.
+    drawing = Drawing(name, WIDTH, 2 * HEIGHT if several else HEIGHT, title)
     panel_title(drawing, 0, "a", measure, unit)
-    _means(drawing, cells, labels, hints)
+    _means(drawing, cells, labels, hints, WIDTH if several else SPLIT - 75)
     reference = labels[0].lower()
-    others = "others" if len(labels) > 2 else labels[-1].lower()
-    panel_title(drawing, SPLIT - 20, "b", f"Difference, {others} − {reference}", "points")
-    _differences(drawing, cells, labels)
+    others = "others" if several else labels[-1].lower()
+    left = 0.0 if several else SPLIT - 20
+    drawing.open_group(move=(0.0, HEIGHT if several else 0.0))
+    panel_title(drawing, left, "b", f"Difference, {others} − {reference}", "points")
+    _differences(drawing, cells, labels, left + 42)
+    drawing.close_group()
     return drawing
 
 
-def _means(drawing: Drawing, cells: Cells, labels: Sequence[str], hints: Sequence[str]) -> None:
-    left, right = 42.0, SPLIT - 75
+def _means(
+    drawing: Drawing, cells: Cells, labels: Sequence[str], hints: Sequence[str], right: float
+) -> None:
+    left, several = 42.0, len(labels) > 2
     intervals = [mean_interval(column) for column in cells.means.T]
     reach = [bound for i in intervals for bound in (i.low, i.high) if inferred(cells)]
     scale = Scale([*cells.means.ravel(), *reach], BOTTOM, TOP)
@@ -61,7 +69,7 @@ def _means(drawing: Drawing, cells: Cells, labels: Sequence[str], hints: Sequenc
     k = len(labels)
     inset = 80.0
     xs = [left + inset + (right - left - 2 * inset) * place / (k - 1) for place in range(k)]
-    falls = [row[-1] < row[0] for row in cells.means]
+    falls = [not several and row[-1] < row[0] for row in cells.means]
     for row, down in zip(cells.means, falls, strict=True):
         points = [(x, scale(value)) for x, value in zip(xs, row, strict=True)]
         drawing.polyline(points, "s-ink dashed" if down else "s-soft")
@@ -78,21 +86,22 @@ def _means(drawing: Drawing, cells: Cells, labels: Sequence[str], hints: Sequenc
             drawing.text((xs[-1] + 8, y + 4), participant, "f-ink", size=11.5)
     for place, (x, interval) in enumerate(zip(xs, intervals, strict=True)):
         mean = float(np.mean(cells.means[:, place]))
-        side = -22.0 if place == 0 else 52.0
+        side = -22.0 if place == 0 else 22.0 if several else 52.0
         if inferred(cells):
             low, high = (x + side, scale(interval.low)), (x + side, scale(interval.high))
             drawing.line(low, high, f"s-c{place} thick")
         drawing.circle((x + side, scale(mean)), 5, f"f-c{place} s-paper")
         anchor = "end" if place == 0 else "start"
         shift = -9.0 if place == 0 else 9.0
-        value = f"{mean:.1f}".replace("-", "−")
-        drawing.text((x + side + shift, scale(mean) + 4), value, f"t-c{place} bold", anchor, 12.5)
+        value = number(mean, 1)
+        at = (x + side + shift, scale(mean) + 4)
+        drawing.text(at, value, f"t-c{place} bold halo", anchor, 12.5)
         drawing.text((x, BOTTOM + 24), labels[place], f"t-c{place} bold", "middle", 12.5)
         drawing.text((x, BOTTOM + 41), hints[place], "f-quiet", "middle", 11.5)
 
 
-def _differences(drawing: Drawing, cells: Cells, labels: Sequence[str]) -> None:
-    left, right = SPLIT + 22, WIDTH
+def _differences(drawing: Drawing, cells: Cells, labels: Sequence[str], left: float) -> None:
+    right = WIDTH
     differences = cells.means[:, 1:] - cells.means[:, :1]
     intervals = [mean_interval(column) for column in differences.T]
     reach = [bound for i in intervals for bound in (i.low, i.high) if inferred(cells)]
@@ -103,11 +112,11 @@ def _differences(drawing: Drawing, cells: Cells, labels: Sequence[str]) -> None:
     columns = differences.shape[1]
     slot = (right - left - 30) / columns
     for place, interval in enumerate(intervals):
-        middle = left + slot * (place + 0.3)
+        middle = left + slot * (place + (0.3 if columns == 1 else 0.42))
         values = differences[:, place]
         for value, shift in zip(values, swarm([scale(v) for v in values], 9.0), strict=True):
             drawing.circle((middle + shift, scale(value)), 3.6, "f-soft s-paper")
-        x = left + slot * (place + 0.62)
+        x = left + slot * 0.62 if columns == 1 else middle + 50
         mean = float(np.mean(values))
         if inferred(cells):
             drawing.line((x, scale(interval.low)), (x, scale(interval.high)), "s-ink thick")
@@ -122,9 +131,11 @@ def _differences(drawing: Drawing, cells: Cells, labels: Sequence[str]) -> None:
             text = scale.label(0) if round(value, 1) == 0 else f"{value:+.1f}".replace("-", "−")
             drawing.text((x + 14, y + 4), text, f"f-ink {weight}", size=11.5)
         who = _people(cells) if columns == 1 else labels[place + 1]
-        drawing.text((middle, BOTTOM + 24), who, "f-ink bold", "middle", 12)
+        under = middle if columns == 1 else middle + 25
+        drawing.text((under, BOTTOM + 24), who, "f-ink bold", "middle", 12)
         shown = "Mean, 95% CI" if inferred(cells) else "Mean"
-        drawing.text((x + 8, BOTTOM + 24), shown, "f-ink bold", "middle", 12)
+        if columns == 1:
+            drawing.text((x + 8, BOTTOM + 24), shown, "f-ink bold", "middle", 12)
 
 
 def inferred(cells: Cells) -> bool:

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.figures.svg import Drawing, Scale, vertical_axis
+from analysis.formatting import number
 
 WIDTH, HEIGHT = 920.0, 176.0
 LEFT, TOP, BOTTOM = 34.0, 14.0, 126.0
@@ -56,7 +57,7 @@ def participant_trials(
         whole = own.loc[own["complete"], "team_reward"]
         drawing.text((middle, BOTTOM + 22), labels[place], f"t-c{place} bold", "middle", 12.5)
         if len(whole):
-            written = f"mean {float(np.mean(whole)):.1f}".replace("-", "−")
+            written = f"mean {number(float(np.mean(whole)), 1)}"
             drawing.text((middle, BOTTOM + 38), written, "f-quiet", "middle", 11.5)
         start += count * step + step
         if level != run[-1]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from analysis.figures.svg import Drawing
-from analysis.protocol_facts import Item
+from analysis.instruments import Item
 from analysis.statistics.likert import LikertRow
 
 WIDTH = 920.0

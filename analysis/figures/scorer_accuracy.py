@@ -28,6 +28,8 @@ class Accuracy:
         held_out: how many there were; None if not recorded.
         choices: on how many it was fitted; None if not recorded.
         chance: what guessing would reach; None if not known.
+        over_trials: interval that takes a held-out trial for one observation; None with fewer
+            than two, or where trials were not recorded.
     """
 
     participant: str
@@ -36,10 +38,14 @@ class Accuracy:
     held_out: int | None
     choices: int | None
     chance: float | None
+    over_trials: Interval | None = None
 
     @property
     def interval(self) -> Interval | None:
-        """Wilson's 95 % interval (1927); None without the number of held-out choices."""
+        """The interval over trials, else Wilson's 95 % (1927); None without a number held out."""
+        if self.over_trials is not None:
+            low, high = max(0.0, self.over_trials.low), min(1.0, self.over_trials.high)
+            return Interval(low, high)
         if not self.held_out:
             return None
         return wilson(self.top1, self.held_out)

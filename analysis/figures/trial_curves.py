@@ -9,9 +9,10 @@ import pandas as pd
 
 from analysis.figures.paired_means import mean_interval
 from analysis.figures.svg import Drawing, Scale, vertical_axis
+from analysis.formatting import number
 
 WIDTH, PANEL_HEIGHT = 920.0, 286.0
-TOP, BOTTOM = 34.0, 218.0
+LEFT, TOP, BOTTOM = 44.0, 34.0, 218.0
 
 
 def trial_curves(
@@ -33,24 +34,38 @@ def trial_curves(
     present = set(trials["participant"])
     used = sorted({order for who, order in orders.items() if who in present})
     names = list(zip(levels, labels, strict=True))
-    rows = (len(used) + 1) // 2
+    # Names of three or more conditions do not fit into half the width.
+    across = 1 if len(used) == 1 or len(levels) > 2 else 2
+    rows = (len(used) + across - 1) // across
     title = "Team reward by trial, a panel for each order of conditions"
     drawing = Drawing(name, WIDTH, rows * PANEL_HEIGHT, title)
     lasts = trials.groupby("condition", observed=True)["trial"].max()
     longest = {str(level): int(last) for level, last in lasts.items()}
-    span = WIDTH if len(used) == 1 else WIDTH / 2 - 20
+    span = WIDTH if across == 1 else WIDTH / 2 - 20
     for place, order in enumerate(used):
         people = sorted(who for who, o in orders.items() if o == order and who in present)
         rows_here = trials[trials["participant"].isin(people)]
-        drawing.open_group(move=((place % 2) * (WIDTH / 2 + 20), (place // 2) * PANEL_HEIGHT))
+        column, row = place % across, place // across
+        drawing.open_group(move=(column * (WIDTH / 2 + 20), row * PANEL_HEIGHT))
         first = labels[levels.index(order[0])] if order[0] in levels else order[0]
         drawing.text((0, 14), "abcdefghijkl"[place % 12], "f-ink bold", size=13)
         drawing.text((18, 14), f"{first} first", "f-ink bold", size=12)
         count = f"n = {len(people)}; team reward, points"
         drawing.text((30 + 7.0 * (len(first) + 6), 14), count, "f-quiet", size=11.5)
         scale = Scale(list(trials["team_reward"]), BOTTOM, TOP, ticks=5)
-        vertical_axis(drawing, scale, 34, span)
-        _panel(drawing, rows_here, order, names=names, longest=longest, scale=scale, span=span)
+        vertical_axis(drawing, scale, LEFT, span)
+        # Bands of few participants can reach far beyond every trial.
+        clip = drawing.clip(f"panel{place}", [(LEFT, TOP - 8, span - LEFT, BOTTOM - TOP + 8)])
+        _panel(
+            drawing,
+            rows_here,
+            order,
+            names=names,
+            longest=longest,
+            scale=scale,
+            span=span,
+            clip=clip,
+        )
         drawing.close_group()
     return drawing
 
@@ -64,10 +79,11 @@ def _panel(
     longest: Mapping[str, int],
     scale: Scale,
     span: float,
+    clip: str,
 ) -> None:
     levels = [name for name, _ in names]
     total = sum(longest.get(level, 1) for level in order)
-    step = (span - 34 - 36) / max(total - 1, 1)
+    step = (span - LEFT - 36) / max(total - 1, 1)
     done = 0
     for condition in order:
         if condition not in levels:
@@ -76,7 +92,7 @@ def _panel(
         label = names[place][1]
         chosen = trials[trials["condition"] == condition]
         count = longest.get(condition, 1)
-        x0 = 34 + 18 + done * step
+        x0 = LEFT + 18 + done * step
 
         def x(trial: float, start: float = x0) -> float:
             return start + (trial - 1) * step
@@ -94,7 +110,9 @@ def _panel(
                 band.append((x(trial), scale(interval.low), scale(interval.high)))
         upper = [(px, high) for px, _, high in band]
         lower = [(px, low) for px, low, _ in reversed(band)]
+        drawing.open_group(clip=clip)
         drawing.polygon([*upper, *lower], f"f-c{place} band")
+        drawing.close_group()
         drawing.polyline(means, f"s-c{place} medium")
         for point in means:
             drawing.circle(point, 3, f"f-c{place} s-paper")
@@ -106,7 +124,7 @@ def _panel(
             # Every participant counts once, however many trials there are.
             own_means = chosen.groupby("participant", observed=True)["team_reward"].mean()
             mean = float(np.mean(np.sort(own_means.to_numpy())))
-            text = f"mean {mean:.1f}".replace("-", "−")
+            text = f"mean {number(mean, 1)}"
             drawing.text((middle, BOTTOM + 53), text, "f-quiet", "middle", 11.5)
         done += count
         if done < total:

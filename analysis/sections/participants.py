@@ -8,10 +8,12 @@ import numpy as np
 import pandas as pd
 
 from analysis.figures.participant_trials import participant_trials
+from analysis.figures.ratings import item_label
 from analysis.figures.svg import Drawing
 from analysis.formatting import counted, number
 from analysis.recordings import Session
-from analysis.results import StudyResults
+from analysis.results import StudyResults, rated_items
+from analysis.sections import scored
 from study.events.codes import Phase
 
 
@@ -53,7 +55,9 @@ class Page:
 def pages(results: StudyResults) -> list[Page]:
     """Make a page for every session analysed or left out."""
     tables = results.tables
-    frames = {name: tables.frame(name) for name in ("trials", "interventions", "responses")}
+    frames = {
+        name: tables.frame(name) for name in ("trials", "interventions", "responses", "scores")
+    }
     return [
         _page(place, session, results, frames)
         for place, session in enumerate(results.study.sessions, start=1)
@@ -109,14 +113,7 @@ def _row(
     trials = three[(three["condition"] == level) & three["complete"]]
     spans = own["interventions"]
     spans = spans[(spans["phase"] == Phase.THREE) & (spans["condition"] == level)]
-    asked = own["responses"]
-    asked = asked[asked["condition"] == level]
-    answers = [
-        f"{str(item).upper()}{'*' if when == 'after_reveal' else ''} {answer}"
-        for item, when, answer in zip(
-            asked["item"], asked["occasion"], asked["answer"], strict=True
-        )
-    ]
+    answers = _answers(level, own, results)
     reward = float(trials["team_reward"].mean()) if len(trials) else None
     takeovers = float(trials["takeovers"].mean()) if len(trials) else None
     return ConditionRow(
@@ -129,6 +126,26 @@ def _row(
         intervention="–" if not len(spans) else f"{np.median(spans['length']):g}",
         answers=", ".join(answers) or "–",
     )
+
+
+def _answers(level: str, own: dict[str, pd.DataFrame], results: StudyResults) -> list[str]:
+    """Write the ratings given under a condition, then the scores: "Q1 5", "SUS 72.5"."""
+    asked, rated = own["responses"], rated_items(results.facts)
+    asked = asked[asked["condition"] == level]
+    columns = (asked["questionnaire"], asked["item"], asked["occasion"], asked["answer"])
+    found = [
+        f"{item_label(str(item), str(when))} {answer}"
+        for questionnaire, item, when, answer in zip(*columns, strict=True)
+        if (questionnaire, item) in rated or questionnaire not in results.facts.instruments
+    ]
+    scores = own["scores"]
+    scores = scores[scores["condition"] == level]
+    names = ("questionnaire", "scale", "occasion", "score")
+    for questionnaire, scale, when, score in zip(*(scores[n] for n in names), strict=True):
+        mark = "*" if when == "after_reveal" else ""
+        written = number(float(score)).rstrip("0").rstrip(".")
+        found.append(f"{scored.scale_name(str(questionnaire), str(scale))}{mark} {written}")
+    return found
 
 
 def _notes(session: Session, results: StudyResults) -> list[str]:

@@ -11,6 +11,7 @@ from analysis.environment import PACKAGES, version_of
 from analysis.formatting import counted, listed, utc
 from analysis.plan_status import PlanStatus
 from analysis.results import StudyResults
+from analysis.sections import effects
 from analysis.statistics.crossover import Crossover
 from analysis.statistics.latin_square import LatinSquare
 from analysis.statistics.result import EffectResult
@@ -99,7 +100,13 @@ def methods(results: StudyResults, plan: PlanStatus) -> list[str]:
     elif isinstance(results.primary, EffectResult):
         text.append(
             "The primary test is a repeated-measures ANOVA on these means with Greenhouse and "
-            "Geisser’s correction."
+            "Geisser’s correction, with each pair of conditions Holm-adjusted beside it."
+        )
+    if results.factorial is not None and effects.effects(results):
+        text.append(
+            f"{effects.factors_in_words(results)}: that the conditions cross these factors follows "
+            "from their settings (rule crossed_settings). Main effects and interactions were "
+            "tested with an error term each, Holm-adjusted over the effects."
         )
     if results.robustness is not None:
         text.append(
@@ -119,15 +126,34 @@ def methods(results: StudyResults, plan: PlanStatus) -> list[str]:
             "Period and carry-over were tested with participants as fixed effects, each term "
             "adjusted for the others."
         )
-    text.append(
-        "Trial rows pooled over participants are shown for comparison only: they treat trials of "
-        "one participant as independent, so that their error rate is not the one stated."
-    )
-    if results.ratings:
+    if any(isinstance(outcome, EffectResult) for outcome in results.comparison):
         text.append(
-            "Ratings were compared by F as in the paper and by exact Wilcoxon signed-rank tests "
-            "(differences of zero dropped), with cumulative-link mixed models beside them, each "
+            "Trial rows pooled over participants are shown for comparison only: they treat trials "
+            "of one participant as independent, so that their error rate is not the one stated."
+        )
+    if results.ratings:
+        ranks = "exact Wilcoxon signed-rank tests (differences of zero dropped)"
+        if len(results.labels) > 2:
+            ranks = "Friedman’s tests (pairs by exact Wilcoxon signed-rank tests)"
+        text.append(
+            f"Ratings were compared by F as in the paper and by {ranks}, "
+            "with cumulative-link mixed models beside them, each "
             f"Holm-adjusted over {counted(len(results.ratings), 'row')}."
+        )
+    if results.scales:
+        compared = [row for row in results.scales if row.compared]
+        if compared:
+            tests = (
+                "by paired t tests on participants’ scores and by exact Wilcoxon tests"
+                if len(results.labels) == 2
+                else "by repeated-measures ANOVA with Greenhouse and Geisser’s correction"
+            )
+            text.append(
+                f"Scores of instruments were compared {tests}, Holm-adjusted over "
+                f"{counted(len(compared), 'scale')}."
+            )
+        text.append(
+            "Reliability is Cronbach’s alpha under each condition, with Feldt’s 95% interval."
         )
     if facts.exclusions:
         rules = [

@@ -10,6 +10,7 @@ import numpy as np
 from analysis.formatting import counted, listed, number
 from analysis.recordings import Session
 from analysis.results import StudyResults
+from analysis.scored_instruments import differing_instruments
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -125,6 +126,7 @@ def flags(results: StudyResults) -> list[Flag]:
     ):
         kept = "Its trial is not in the tests" if (session_id, trial_id) in gone else "Kept"
         found.append(Flag("Deviation", str(who), f"{text} ({code})", kept))
+    found += _doubtful_scores(results)
     found += [
         Flag("Set aside", item.participant or item.file, item.reason, "Not read further")
         for item in study.set_aside
@@ -136,6 +138,21 @@ def flags(results: StudyResults) -> list[Flag]:
         Flag("Protocol", "all", f"The measure of rule {name} is not known", "Rule not applied")
         for name in data.unknown_rules
     ]
+    return found
+
+
+def _doubtful_scores(results: StudyResults) -> list[Flag]:
+    """Flag scores that answers do not give, and instruments asked in several wordings."""
+    scores = results.tables.frame("scores")
+    found = []
+    columns = ("participant", "questionnaire", "scale", "occasion", "score", "computed")
+    for who, name, scale, when, score, computed in zip(*(scores[c] for c in columns), strict=True):
+        if math.isfinite(computed) and not math.isclose(score, computed, abs_tol=1e-9):
+            text = f"{name} {scale}, {when}: {score:g} recorded, {computed:g} from the answers"
+            found.append(Flag("Score", str(who), text, "Kept as recorded"))
+    for name, versions in differing_instruments(results.study):
+        text = f"{name} was not asked alike in all sessions (version {versions})"
+        found.append(Flag("Instrument", "all", text, "Pooled; compare with care"))
     return found
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 from analysis.figures.ratings import item_label, rating_bars
 from analysis.figures.svg import Drawing
 from analysis.formatting import listed, number
@@ -25,27 +27,36 @@ def figure(results: StudyResults) -> Drawing | None:
 def finding(results: StudyResults) -> str:
     """Say for which items a difference was detected, and for which not.
 
-    Detected is what the recommended test finds after Holm's adjustment.
+    Detected is what the recommended test finds after Holm's adjustment: Wilcoxon's of two
+    conditions, the corrected F of more.
     """
     found: dict[str, list[str]] = {"higher": [], "lower": [], "none": [], "refused": []}
+    found["differs"] = []
+    two = len(results.labels) == 2
     for row in results.ratings:
-        test = row.f_test
-        if isinstance(test, Refusal) or test.estimate is None or row.holm_p is None:
+        test, p = row.f_test, row.holm_p if two else row.holm_f_p
+        if isinstance(test, Refusal) or p is None:
             found["refused"].append(label(row))
-        elif row.holm_p >= ALPHA:
-            found["none"].append(f"{label(row)} ({number(test.estimate)} points)")
+        elif p >= ALPHA:
+            shown = "" if test.estimate is None else f" ({number(test.estimate)} points)"
+            found["none"].append(f"{label(row)}{shown}")
+        elif test.estimate is None:
+            found["differs"].append(label(row))
         else:
             found["higher" if test.estimate > 0 else "lower"].append(label(row))
-    other = results.labels[1] if len(results.labels) == 2 else "the conditions"
+    other = results.labels[1] if two else "the conditions"
     sentences = []
+    if found["differs"]:
+        sentences.append(f"Conditions were rated unlike on {listed(found['differs'])}.")
     if found["higher"]:
         sentences.append(f"{other} was rated higher on {listed(found['higher'])}.")
     if found["lower"]:
         sentences.append(f"{other} was rated lower on {listed(found['lower'])}.")
     if found["none"]:
         sentences.append(f"No difference was detected on {listed(found['none'])}.")
-    if found["higher"] or found["lower"] or found["none"]:
-        sentences.append("This goes by the exact Wilcoxon test with Holm’s adjustment.")
+    if any(found[key] for key in ("higher", "lower", "none", "differs")):
+        how = "the exact Wilcoxon test" if two else "the corrected F test"
+        sentences.append(f"This goes by {how} with Holm’s adjustment.")
     if found["refused"]:
         sentences.append(f"Not tested: {listed(found['refused'])}.")
     return " ".join(sentences)
@@ -70,6 +81,17 @@ def refusals(results: StudyResults) -> list[Refusal]:
                 f"{label(row)}{row.f_test.reason}", Refusal(label(row), row.f_test.reason)
             )
     return list(unique.values())
+
+
+def pairs(results: StudyResults) -> list[tuple[str, EffectResult]]:
+    """Return each item with the test of each pair of three or more conditions."""
+    found = []
+    for row in results.ratings:
+        for test in row.pairs:
+            if isinstance(test, EffectResult):
+                named = " − ".join(results.facts.label(part) for part in test.name.split(" − "))
+                found.append((label(row), dataclasses.replace(test, name=named)))
+    return found
 
 
 def questions(results: StudyResults) -> str:

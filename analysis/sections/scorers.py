@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 
-from analysis.figures.heat_maps import colour_bar, heat_map_row
+from analysis.figures.heat_maps import LOW_HEALTH, colour_bar, heat_map_row
 from analysis.figures.score_maps import ScoreMap, score_map, shared_limit
 from analysis.figures.scorer_accuracy import Accuracy, accuracy_dots
 from analysis.figures.svg import Drawing
 from analysis.formatting import counted, in_words, listed, number
 from analysis.recordings import Session
 from analysis.results import StudyResults
+from analysis.statistics.by_trial import mean_over_trials
 from analysis.tables.fits import applied_fits
 from study.events.codes import Phase
 from study.events.events import FitApplied
@@ -21,6 +22,7 @@ METRIC_HEADINGS = {
     "held_out_top1": ("Held-out top-1", 2),
     "held_out_log_likelihood_per_choice": ("Held-out log-lik.", 2),
     "held_out_chance_log_likelihood": ("Chance log-lik.", 2),
+    "held_out_calibration_error": ("Calibration error", 3),
     "top1": ("Top-1, in sample", 2),
 }
 
@@ -92,19 +94,30 @@ def peak_finding(results: StudyResults) -> str:
                 near[nearest.role] = near.get(nearest.role, 0) + 1
     names = {"goal": "the goal", "health_pack": "a health pack", "start": "the start"}
     order = sorted(near, key=lambda role: (-near[role], role))
-    shown = [f"{names.get(role, role)} for {near[role]}" for role in order]
-    if not shown:
+    if not order:
         return "No map has a peak."
+    called = [names.get(role, role) for role in order]
+    total = sum(near.values())
+    if len(order) == 1:
+        maps_text = "the one map" if total == 1 else f"each of {counted(total, 'map')}"
+        return f"The landmark nearest to the highest peak of {maps_text} is {called[0]}."
+    shown = [f"{name} for {near[role]}" for name, role in zip(called, order, strict=True)]
     return (
-        f"Of {counted(sum(near.values()), 'map')}, the landmark nearest to the highest peak is "
-        f"{', '.join(shown)}."
+        f"Of {counted(total, 'map')}, the landmark nearest to the highest peak is {listed(shown)}."
     )
+
+
+def shows_low_health(results: StudyResults) -> bool:
+    """Whether a map is drawn at a health that participants see a cue for."""
+    grids = [session.task.map_grid for session in results.study.sessions]
+    return any(health < LOW_HEALTH for grid in grids if grid for health in grid.healths)
 
 
 def accuracies(results: StudyResults) -> list[Accuracy]:
     """Return the held-out accuracy of the scorer that each participant's phase three used."""
     rows = results.tables.frame("fit_metrics")
     rows = rows[(rows["kind"] == "scorer")]
+    trials = results.tables.frame("held_out_trials")
     found: list[Accuracy] = []
     for session in results.study.sessions:
         who, fit = session.opened.participant, used_scorer(session)
@@ -112,6 +125,8 @@ def accuracies(results: StudyResults) -> list[Accuracy]:
         if fit is None:
             continue
         own = own[own["request_id"] == fit.request_id]
+        seen = trials[trials["session"].astype(str) == session.opened.session_id]
+        seen = seen[seen["request_id"] == fit.request_id]
         values = {str(m): float(v) for m, v in zip(own["metric"], own["value"], strict=True)}
         if "held_out_top1" in values:
             robots = {t.robots for t in session.trials.values() if t.phase == Phase.TWO}
@@ -124,7 +139,14 @@ def accuracies(results: StudyResults) -> list[Accuracy]:
                     top1=values["held_out_top1"],
                     held_out=None if held_out is None else round(held_out),
                     choices=None if choices is None else round(choices),
-                    chance=1 / robots.pop() if len(robots) == 1 else None,
+                    chance=values.get(
+                        "held_out_chance_top1", 1 / robots.pop() if len(robots) == 1 else None
+                    ),
+                    over_trials=mean_over_trials(
+                        seen["top1"].to_numpy(), seen["choices"].to_numpy(dtype="float64")
+                    )[1]
+                    if len(seen)
+                    else None,
                 )
             )
     return found

@@ -16,11 +16,14 @@ from analysis.formatting import (
     plain_statistic,
 )
 from analysis.results import StudyResults
+from analysis.sections import effects, scored
 from analysis.sections.ratings import label
+from analysis.statistics.reliability import Reliability
 from analysis.statistics.result import EffectResult, EffectSize
+from analysis.statistics.scale_scores import ScaleRow
 
 _NAMES = {"d_z": "dz", "g_z": "gz", "r_rb": "rank-biserial r", "partial eta squared": "partial η²"}
-_BOUNDED = {"r_rb", "partial eta squared", "generalised eta squared"}
+_BOUNDED = {"r_rb", "Kendall's W", "partial eta squared", "generalised eta squared"}
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -43,15 +46,29 @@ def sentences(results: StudyResults) -> list[Sentence]:
         for outcome in results.sensitivity
         if isinstance(outcome, EffectResult)
     ]
+    found += [
+        (f"Effect: {effect.name}", f"{effect.name}: {numbers(effect)}{_holm(effect)}.")
+        for effect in effects.effects(results)
+    ]
+    found += [
+        (f"Pair: {test.name}", f"{test.name}: {numbers(test)}{_holm(test)}.")
+        for test in effects.pairs(results)
+    ]
     for row in results.ratings:
-        if isinstance(row.wilcoxon, EffectResult) and row.means:
+        if isinstance(row.rank_test, EffectResult) and row.means:
             means = ", ".join(
                 f"{results.facts.label(level)} M = {number(mean)}"
                 for level, mean in row.means.items()
             )
             adjusted = f", Holm-adjusted {p_text(row.holm_p)}" if row.holm_p is not None else ""
-            text = f"{label(row)} ({means}), exact Wilcoxon: {numbers(row.wilcoxon)}{adjusted}."
+            how = "exact Wilcoxon" if len(row.cells.levels) == 2 else "Friedman"
+            text = f"{label(row)} ({means}), {how}: {numbers(row.rank_test)}{adjusted}."
             found.append((f"Rating {label(row)}", text))
+    found += [
+        (f"Score {scored.full_name(row)}", _score(results, row))
+        for row in results.scales
+        if isinstance(row.f_test, EffectResult)
+    ]
     if isinstance(results.phase_four.test, EffectResult):
         text = f"Policies on their own: {numbers(results.phase_four.test)}."
         found.append(("Phase four", text))
@@ -74,6 +91,10 @@ def numbers(result: EffectResult) -> str:
     return ", ".join(parts)
 
 
+def _holm(result: EffectResult) -> str:
+    return f", Holm-adjusted {p_text(result.p_adjusted)}" if result.p_adjusted is not None else ""
+
+
 def _reward(results: StudyResults, test: EffectResult) -> str:
     cells = results.cells
     means = [
@@ -91,6 +112,21 @@ def _reward(results: StudyResults, test: EffectResult) -> str:
         f"Mean team reward of {people} was compared between {listed(means)} by a {how}, "
         f"{numbers(test)}."
     )
+
+
+def _score(results: StudyResults, row: ScaleRow) -> str:
+    """Write means, test and reliability of a scale."""
+    means = ", ".join(
+        f"{label} M = {number(float(np.mean(np.sort(column))))}"
+        for label, column in zip(results.labels, row.cells.means.T, strict=True)
+    )
+    assert isinstance(row.f_test, EffectResult)  # noqa: S101 - the caller has seen it
+    adjusted = f", Holm-adjusted {p_text(row.holm_f_p)}" if row.holm_f_p is not None else ""
+    alphas = [
+        fraction(found.alpha) for _, found in row.reliability if isinstance(found, Reliability)
+    ]
+    reliability = f" Cronbach’s α = {listed(alphas)} under the conditions." if alphas else ""
+    return f"{scored.full_name(row)} ({means}): {numbers(row.f_test)}{adjusted}.{reliability}"
 
 
 def _size(size: EffectSize) -> str:

@@ -17,6 +17,7 @@ from analysis.formatting import (
     number,
 )
 from analysis.results import StudyResults
+from analysis.sections import effects
 from analysis.statistics.result import ALPHA, EffectResult, Refusal
 
 
@@ -47,12 +48,11 @@ def headline(results: StudyResults) -> str:
     if isinstance(test, Refusal):
         return f"Team reward was not tested. {test.reason}"
     if test.estimate is None or test.interval is None:
-        differs = test.p < ALPHA
-        return (
-            f"Team reward differed between {listed(labels)}."
-            if differs
-            else f"No difference in team reward was detected between {listed(labels)}."
-        )
+        if effects.effects(results):
+            return effects.effects_in_words(results)
+        if test.p < ALPHA:
+            return f"Team reward differed between {listed(labels)}."
+        return f"No difference in team reward was detected between {listed(labels)}."
     low, high = number(test.interval.low, 1), number(test.interval.high, 1)
     reach = f"95%{NO_BREAK}CI {low} to {high}"
     reference, other = (float(np.mean(np.sort(column))) for column in results.cells.means.T)
@@ -87,11 +87,15 @@ def evidence(results: StudyResults) -> Markup:
     elif test.estimate is not None:
         kind = "Paired test on participant means"
     else:
-        kind = "Repeated-measures ANOVA on participant means"
+        kind = "Repeated-measures ANOVA of all conditions on participant means"
     text = Markup("{}: {}, {}.").format(kind, equation(test), effect(test.effects[0]))
     departed = len(results.data.departures)
     if departed:
         text += Markup(" {} did not run as assigned.").format(counted(departed, "trial"))
+    if effects.effects(results):
+        return text + Markup(" Effects of factors go by <i>p</i> Holm-adjusted over them.")
+    if effects.pairs(results):
+        return text + " " + effects.pairs_finding(results)
     if len(results.cells.levels) != 2:
         return text
     return text + " " + direction(results)
@@ -126,11 +130,9 @@ def design(results: StudyResults) -> str:
     amount = f", {counted(trials, 'trial')} a condition" if trials else ""
     if not results.labels:
         return "No complete trial under any condition."
+    compared = effects.factors_in_words(results) or " against ".join(results.labels)
     orders = {order for order in results.data.orders.values() if order}
-    return (
-        f"Within-subjects study: {' against '.join(results.labels)}, "
-        f"{counted(len(orders), 'order')}{amount}."
-    )
+    return f"Within-subjects study: {compared}, {counted(len(orders), 'order')}{amount}."
 
 
 def tiles(results: StudyResults) -> list[Tile]:
@@ -139,7 +141,8 @@ def tiles(results: StudyResults) -> list[Tile]:
     sessions = study.sessions
     complete = sum(session.complete for session in sessions)
     planned = facts.planned_participants or len(sessions)
-    expected = (facts.planned_trials or 0) * len(facts.levels) * planned
+    conditions = max(facts.planned_conditions, len(facts.levels))
+    expected = (facts.planned_trials or 0) * conditions * planned
     trials = len(data.trials)
     excluded = results.cells.excluded
     deviations = len(results.tables["deviations"])
@@ -150,7 +153,7 @@ def tiles(results: StudyResults) -> list[Tile]:
     return [
         Tile(
             str(complete),
-            f"of {planned} planned",
+            f"of {planned} {'planned' if facts.planned_participants else 'recorded'}",
             "sessions complete",
             complete == len(sessions) and complete >= planned,
             _sessions_in_words(len(sessions), complete, planned),

@@ -6,7 +6,7 @@ import dataclasses
 import itertools
 
 from analysis.statistics.cells import Cells
-from analysis.statistics.holm import holm
+from analysis.statistics.holm import holm_of
 from analysis.statistics.result import EffectResult, Outcome
 from analysis.statistics.rm_anova import rm_anova
 
@@ -27,8 +27,7 @@ def paired_contrasts(cells: Cells) -> tuple[Outcome, ...]:
             t = outcome.estimate / outcome.standard_error
             outcome = dataclasses.replace(outcome, statistic_name="t", statistic=t, df1=None)
         found.append(outcome)
-    adjusted = iter(holm([o.p for o in found if isinstance(o, EffectResult)]))
     return tuple(
-        dataclasses.replace(o, p_adjusted=next(adjusted)) if isinstance(o, EffectResult) else o
-        for o in found
+        dataclasses.replace(o, p_adjusted=p) if isinstance(o, EffectResult) else o
+        for o, p in zip(found, holm_of(found), strict=True)
     )

@@ -31,6 +31,11 @@ class Reliability:
     items: tuple[str, ...]
     participants: int
 
+    @property
+    def rows(self) -> int:
+        """Answers used: one for each participant and item."""
+        return self.participants * len(self.items)
+
 
 def cronbach_alpha(
     scores: npt.NDArray[np.float64], items: tuple[str, ...], name: str, level: float = 0.95

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
@@ -16,6 +17,7 @@ def trial_model(
     value: str = "team_reward",
     *,
     covariates: Sequence[str] = (),
+    crossed: Mapping[str, Sequence[str]] | None = None,
     name: str = "Mixed model of trials",
     role: Role = "sensitivity",
 ) -> MixedModel | Refusal:
@@ -31,6 +33,8 @@ def trial_model(
         levels: conditions, the reference first.
         value: the column explained.
         covariates: further columns of numbers.
+        crossed: levels of factors whose cells the conditions are: they and their interactions
+            take the place of condition; each has its column.
         name: what the tables call it.
         role: primary, sensitivity or comparison.
     """
@@ -39,6 +43,9 @@ def trial_model(
         return Refusal(name, "There are no trial rows under the conditions compared.")
     factors = {"condition": tuple(levels)}
     terms, notes = ["condition"], []
+    if crossed:
+        factors = {name: tuple(own) for name, own in crossed.items()}
+        terms = [" * ".join(crossed)]
     trial = rows["trial"].astype("float64")
     if trial.max() > trial.min():
         rows = rows.assign(trial=trial - trial.mean())
@@ -55,6 +62,13 @@ def trial_model(
             notes.append("All had the same order, so that period is not told from condition.")
     random = ["(1 | participant)"]
     counts = rows.groupby(["participant", "condition"], observed=True).size()
+    if crossed:
+        # Each effect then has the error term that it has on participants' means.
+        random += [
+            f"(1 | {':'.join(('participant', *chosen))})"
+            for size in range(1, len(crossed))
+            for chosen in itertools.combinations(crossed, size)
+        ]
     if counts.max() > 1:
         random.append("(1 | participant:condition)")
     else:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -19,9 +20,9 @@ import pandas as pd
 from scipy import linalg, stats
 
 from analysis.statistics.cells import cell_means
-from analysis.statistics.effect_sizes import partial_eta_squared
+from analysis.statistics.effect_sizes import cohens_dz, partial_eta_squared
 from analysis.statistics.pairs import SMALLEST_N, not_finite
-from analysis.statistics.result import Check, EffectResult, EffectSize, Refusal
+from analysis.statistics.result import Check, EffectResult, EffectSize, Interval, Refusal
 
 Floats = npt.NDArray[np.float64]
 JOINT = " / "
@@ -92,7 +93,9 @@ def within_anova(
     Returns:
         One result for each effect, main effects first, or a refusal: fewer than three
         participants with every cell, a mean that is not finite, or an effect whose contrasts do
-        not vary between participants. p and df are corrected by Greenhouse and Geisser.
+        not vary between participants. p and df are corrected by Greenhouse and Geisser. An effect
+        of factors of two levels has an estimate: the second level minus the first, averaged over
+        the other factors, or the difference of such differences.
     """
     names = list(factors)
     joint = [JOINT.join(cell) for cell in itertools.product(*factors.values())]
@@ -139,6 +142,7 @@ def within_anova(
         epsilon = shape.greenhouse_geisser
         df1, df2 = d * epsilon, d * (n - 1) * epsilon
         note = f"Greenhouse-Geisser epsilon {epsilon:.3f}; without correction p = " if d > 1 else ""
+        single = _single(cells.means, sizes, [names.index(f) for f in label.split(":")], f)
         results.append(
             EffectResult(
                 name=f"{name}: {label}",
@@ -149,9 +153,10 @@ def within_anova(
                 df1=df1,
                 df2=df2,
                 p=float(stats.f.sf(f, df1, df2)),
-                estimate=None,
-                interval=None,
+                estimate=single[0] if single else None,
+                interval=single[1] if single else None,
                 effects=(
+                    *((single[2],) if single else ()),
                     partial_eta_squared(f, d, d * (n - 1)),
                     EffectSize("generalised eta squared", effect / (effect + error_sum)),
                 ),
@@ -164,3 +169,24 @@ def within_anova(
             )
         )
     return tuple(results)
+
+
+def _single(
+    means: Floats, sizes: Sequence[int], chosen: Sequence[int], f: float
+) -> tuple[float, Interval, EffectSize] | None:
+    """Return difference, interval and d_z of an effect of one degree of freedom; else None."""
+    if any(sizes[place] != 2 for place in chosen):
+        return None
+    weights = functools.reduce(
+        np.kron,
+        [
+            np.array([-1.0, 1.0]) if place in chosen else np.full(k, 1 / k)
+            for place, k in enumerate(sizes)
+        ],
+    )
+    n = len(means)
+    estimate = float(np.mean(np.sort(means @ weights)))
+    t = math.copysign(math.sqrt(f), estimate)
+    error = float(np.std(np.sort(means @ weights), ddof=1)) / math.sqrt(n)
+    reach = float(stats.t.ppf(0.975, n - 1)) * error
+    return estimate, Interval(estimate - reach, estimate + reach), cohens_dz(t, n)

@@ -102,11 +102,11 @@ class Table:
     def __len__(self) -> int:
         return len(self.frame)
 
-    def to_csv(self, data: str, *, header: bool = True) -> str:
+    def to_csv(self, data: str | None, *, header: bool = True) -> str:
         """Return the table as CSV.
 
         Args:
-            data: who produced the data: the value of the last column.
+            data: who produced the data: the value of the last column; None for no such column.
             header: whether the first line names the columns.
         """
         buffer = io.StringIO()
@@ -114,7 +114,7 @@ class Table:
         frame.to_csv(buffer, index=False, header=header, lineterminator="\n")
         return buffer.getvalue()
 
-    def _safe_frame(self, data: str) -> pd.DataFrame:
+    def _safe_frame(self, data: str | None) -> pd.DataFrame:
         """Return the data as they are exported, with who produced them in the last column.
 
         Text that a spreadsheet would take for a formula gets a leading apostrophe.
@@ -123,7 +123,8 @@ class Table:
         for column in self.columns:
             if column.dtype in ("text", "label"):
                 frame[column.name] = _neutralised(frame[column.name])
-        frame[DATA_COLUMN.name] = data
+        if data is not None:
+            frame[DATA_COLUMN.name] = data
         return frame
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 
 from analysis.recordings import Session, StudyRecordings
@@ -33,6 +34,12 @@ METRIC_COLUMNS = (
     Column("metric", "label", "name of the measure"),
     Column("value", "number", "its value"),
 )
+
+
+BIN_METRIC = re.compile(r"held_out_calibration_bin_([0-9]{1,4})_(\w{1,40})")
+"""Measures of one bin of predicted probability; they have a table of their own."""
+TRIAL_METRIC = re.compile(r"held_out_trial_([0-9]{1,9})_(\w{1,40})")
+"""Measures of one held-out trial; they have a table of their own."""
 
 
 def build(study: StudyRecordings) -> Table:
@@ -70,6 +77,7 @@ def build_metrics(study: StudyRecordings) -> Table:
                 rows += [
                     {**_keys(session, request), "metric": name, "value": float(value)}
                     for name, value in zip(done.metric_names, done.metric_values, strict=True)
+                    if not BIN_METRIC.fullmatch(name) and not TRIAL_METRIC.fullmatch(name)
                 ]
     return Table.from_rows("fit_metrics", "One row a measure of fit.", METRIC_COLUMNS, rows)
 

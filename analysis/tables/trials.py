@@ -53,9 +53,18 @@ def treated_condition(session: Session, trial: TrialStarted) -> str:
     allocations = {str(entry.get("name")): str(entry.get("allocation")) for entry in entries}
     if trial.allocation not in ("manual", "none") and not trial.scorer_id:
         return ""
-    if allocations.get(trial.condition, trial.allocation) == trial.allocation:
+    scorers = {str(entry.get("name")): str(entry.get("scorer") or "") for entry in entries}
+
+    def ran(name: str) -> bool:
+        """Whether a condition asks for the allocation and the scorer that there were."""
+        scorer = scorers.get(name, "")
+        return allocations[name] == trial.allocation and (
+            trial.allocation == "manual" or not scorer or trial.scorer_id == f"scorer:{scorer}"
+        )
+
+    if trial.condition not in allocations or ran(trial.condition):
         return trial.condition
-    others = [name for name, allocation in allocations.items() if allocation == trial.allocation]
+    others = [name for name in allocations if ran(name)]
     return others[0] if len(others) == 1 else ""
 
 

@@ -13,20 +13,15 @@ import time
 from datetime import UTC, datetime
 from pathlib import Path
 
-from study.errors import StudyError
 from study.events.inputs import SessionOpened
 from study.events.shell import ClockPair
 from study.loading import LoadedProtocol
-from study.orders import least_used_order, possible_orders
-from study.protocol import parse_protocol
 from study.recording.client import Recorder
 from study.recording.failover import FailoverRecorder
+from study.recording.identity import PILOT
 from study.recording.plan_lock import ATTACHMENT, read_lock
-from study.recording.reader import read_recording
 from study.session.rules import CURRENT
 
-PARTICIPANT = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,31}")
-_DEVICE_NAMES = re.compile(r"(?i)(con|prn|aux|nul|com[0-9]|lpt[0-9])")
 _VERSIONED = ("scaled-autonomy", "numpy", "scipy", "torch", "mcap", "pygame-ce", "pydantic")
 
 
@@ -41,6 +36,7 @@ class Assignment:
         planned_index: place in the plan, from 0; -1 if unknown.
         operator_kind: "person" or "simulated".
         operator_json: parameters of a simulated operator.
+        pilot: whether the session is none of the study's own.
     """
 
     participant: str
@@ -49,47 +45,7 @@ class Assignment:
     planned_index: int
     operator_kind: str
     operator_json: str = "{}"
-
-
-def check_participant(given: str) -> str:
-    """Return the id if it can be used as one.
-
-    Raises:
-        StudyError: it could not be part of a file's name, or looks like more than an id.
-    """
-    if not PARTICIPANT.fullmatch(given) or _DEVICE_NAMES.fullmatch(given):
-        raise StudyError(
-            f'participant id "{given[:60]}" cannot be used',
-            "Give a pseudonym such as P01: up to 32 letters, digits, - and _; never a name.",
-        )
-    return given
-
-
-def orders_used(folder: Path, study: str) -> dict[str, tuple[str, ...]]:
-    """Return the orders of the sessions recorded in a folder, by participant.
-
-    Recordings of other studies and files that are none are passed over.
-    """
-    used: dict[str, tuple[str, ...]] = {}
-    for path in sorted([*folder.glob("*.mcap"), *folder.glob("*.mcap.part")]):
-        try:
-            for _, opened in read_recording(path).records("input/session_opened"):
-                if isinstance(opened, SessionOpened) and _study_of(opened) == study:
-                    used[opened.participant] = opened.order
-        except StudyError:
-            continue
-    return used
-
-
-def _study_of(opened: SessionOpened) -> str:
-    """Return the name of the study that a recorded session belongs to."""
-    return parse_protocol(opened.protocol_toml, "the recorded protocol").study.name
-
-
-def next_order(loaded: LoadedProtocol, used: list[tuple[str, ...]]) -> tuple[str, ...]:
-    """Return the order that has been run least often."""
-    names = [condition.name for condition in loaded.protocol.conditions]
-    return least_used_order(possible_orders(names, loaded.protocol.phase_three.order), used)
+    pilot: bool = False
 
 
 def session_opened(
@@ -154,6 +110,7 @@ def start_failover_recorder(
     name: str = "",
     part: int = 1,
     first_sequence: int = 1,
+    pilot: bool = False,
 ) -> FailoverRecorder:
     """Start the recording of a session that cannot be run again: it outlives its writer.
 
@@ -164,10 +121,13 @@ def start_failover_recorder(
         name: what the parts before it are called, if the session is resumed.
         part: number of the first file.
         first_sequence: number of the first record.
+        pilot: whether the session is none of the study's own; the metadata say so.
     """
     # A later part is written by what runs now.
     now = dataclasses.replace(opened, versions_json=json.dumps(versions(), sort_keys=True))
     given, attachments, metadata = _described(loaded, now)
+    if pilot:
+        metadata[PILOT] = "true"
     return FailoverRecorder.start(
         folder, name or given, attachments, metadata, part=part, first_sequence=first_sequence
     )

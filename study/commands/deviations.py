@@ -8,11 +8,22 @@ from rich.markup import escape
 
 from study.commands.terminal import errors
 from study.events.events import Deviation, Event
+from study.events.fit_events import FitGateJudged
 
 _WITHOUT_A_FIT = (
     "What needs it runs without it: a scorer chooses and suggests nothing, a policy acts at random."
 )
-_CONSEQUENCES = {"fit_failed": _WITHOUT_A_FIT, "fit_timed_out": _WITHOUT_A_FIT}
+_CONSEQUENCES = {
+    "fit_failed": _WITHOUT_A_FIT,
+    "fit_timed_out": _WITHOUT_A_FIT,
+    "correction_round_skipped": "Its trials are passed over; nothing else changes.",
+}
+_DECISIONS = {
+    "repeat": "Phase two goes on for some trials, and the scorer is fitted again.",
+    "go_on": "The scorer is used as it is.",
+    "end": "The session ends here, as the protocol says.",
+}
+"""What follows where a gate was not passed."""
 
 
 def tell_deviations(numbered: Sequence[tuple[int, Event]]) -> None:
@@ -20,10 +31,39 @@ def tell_deviations(numbered: Sequence[tuple[int, Event]]) -> None:
 
     An early end is not among them: the command says it when all is closed.
     """
+    # A gate says itself what follows.
+    judged = any(isinstance(event, FitGateJudged) for _, event in numbered)
     for _, event in numbered:
         if isinstance(event, Deviation) and event.code != "ended_early":
+            consequence = "" if judged else _CONSEQUENCES.get(event.code, "")
             minutes, seconds = divmod(event.t_ns // 1_000_000_000, 60)
             errors.print(
                 f"[yellow]Deviation[/] at {minutes}:{seconds:02}: {escape(event.code)}, "
-                f"{escape(event.text)}. {_CONSEQUENCES.get(event.code, '')}".rstrip()
+                f"{escape(event.text)}. {consequence}".rstrip()
             )
+
+
+def tell_gates(numbered: Sequence[tuple[int, Event]]) -> None:
+    """Say what scorers' gates found and decided; a watcher of `Conductor`.
+
+    The reason why a gate was not passed is told as a deviation.
+    """
+    for _, event in numbered:
+        if not isinstance(event, FitGateJudged):
+            continue
+        name = escape(event.artefact_id)
+        if event.passed:
+            errors.print(
+                f"[green]Gate passed[/]: {name}: held-out log-likelihood "
+                f"{event.likelihood_gain:.3f} nats a choice and top-1 {event.top1_gain:.3f} above "
+                f"chance, calibration error {event.calibration_error:.3f}."
+            )
+        elif event.decision == "fallback":
+            instead = (
+                "the participant chooses"
+                if event.fallback == "manual"
+                else f"{escape(event.fallback)} chooses"
+            )
+            errors.print(f"In place of {name} {instead}.")
+        else:
+            errors.print(_DECISIONS.get(event.decision, ""))

@@ -10,6 +10,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
 from study.commands.terminal import console, errors
+from study.errors import StudyError
 
 DEFAULT_FOLDER = Path("reports") / "foxglove"
 _SOMETHING_MISSING = 3
@@ -34,6 +35,7 @@ def export_foxglove(
     what can be read is exported. 2: it is no recording, or the new file
     cannot be written.
     """
+    from study.enrolment.importing import note_export  # noqa: PLC0415
     from study.foxglove.export import export  # noqa: PLC0415 - slow to import
     from study.foxglove.layout import layout_path  # noqa: PLC0415
     from study.recording.parts import base_name  # noqa: PLC0415
@@ -49,6 +51,10 @@ def export_foxglove(
             progress.update(task, completed=done, total=total)
 
         done = export(file, target, rate, show)
+    try:
+        note_export(file, done.path)
+    except StudyError as error:
+        errors.print(f"[yellow]The register does not know of this file:[/] {escape(str(error))}")
     console.print(
         f"{done.records} records and {done.scene_messages} scene messages "
         f"written to {escape(str(done.path))}"

@@ -6,15 +6,18 @@ import typer
 
 from study.commands import (
     demo,
+    experiment,
     export_foxglove,
     gallery,
     lock,
+    participants,
     preflight,
     protocol,
     recover,
     replay,
     run,
     simulate,
+    train_user,
     validate,
 )
 from study.commands.terminal import report_errors
@@ -36,7 +39,9 @@ def study(*, version: VersionOption = False) -> None:
 
 app.command("demo")(demo.demo)
 app.command("run")(run.run)
+app.command("participants")(participants.participants)
 app.command("simulate")(simulate.simulate)
+app.command("experiment")(experiment.experiment)
 app.command("replay")(replay.replay)
 app.command("recover")(recover.recover)
 app.command("export-foxglove")(export_foxglove.export_foxglove)
@@ -45,6 +50,8 @@ app.command("preflight")(preflight.preflight)
 app.command("validate")(validate.validate)
 app.command("protocol")(protocol.protocol)
 app.command("lock")(lock.lock)
+app.command("train-user")(train_user.train_user)
+app.command("check-user")(train_user.check_user)
 
 
 def main() -> None:

@@ -11,9 +11,10 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from study.commands.composing import check_participant, lock_warning
+from study.commands.composing import lock_warning
 from study.commands.recorded_scorers import parse_overrides
 from study.commands.terminal import console, errors
+from study.enrolment.pseudonyms import check_participant
 from study.errors import StudyError
 from study.foxglove.live_tap import DEFAULT_PORT, LOOPBACK, LiveTap, require_live
 from study.loading import load_protocol
@@ -23,13 +24,14 @@ from study.shell.pygame_check import require_pygame_ce
 def run(
     protocol: Annotated[str, typer.Argument(help="Protocol file, or name of a shipped one.")],
     participant: Annotated[
-        str, typer.Option("--participant", "-p", help="Pseudonymous id, such as P01.")
-    ],
+        str,
+        typer.Option("--participant", "-p", help="Pseudonymous id; default: one is drawn."),
+    ] = "",
     output: Annotated[
         Path, typer.Option("--output", "-o", help="Folder of the recordings.")
     ] = Path("recordings"),
     order: Annotated[
-        str, typer.Option(help="Conditions in order, by commas; default: the least used one.")
+        str, typer.Option(help="Conditions in order, by commas; default: that of the slot.")
     ] = "",
     seed: Annotated[int | None, typer.Option(min=0, max=2**63 - 1, help="Session seed.")] = None,
     size: Annotated[str, typer.Option(help="Window size, such as 1280x960.")] = "",
@@ -39,6 +41,9 @@ def run(
     ] = 1.0,
     again: Annotated[  # noqa: FBT002
         bool, typer.Option("--again", help="Allow a participant who has a recording.")
+    ] = False,
+    pilot: Annotated[  # noqa: FBT002
+        bool, typer.Option("--pilot", help="A pilot: counted apart, and not analysed.")
     ] = False,
     scorer: Annotated[
         list[str] | None,
@@ -62,10 +67,10 @@ def run(
     ] = False,
 ) -> None:
     """Run one session with a person at the keyboard, in a window."""
-    from study.commands.resuming import find_boundary  # noqa: PLC0415 - slow to import
+    from study.commands import enrolling  # noqa: PLC0415 - slow to import
+    from study.commands.resuming import find_boundary  # noqa: PLC0415
     from study.commands.running import (  # noqa: PLC0415 - pygame is slow to import
         Seat,
-        assign,
         resume_session,
         run_session,
     )
@@ -81,34 +86,35 @@ def run(
     check_ui_scale(ui_scale)
     scorers = parse_overrides(scorer or [])
     if resume:
-        if again or order or seed is not None:
+        if again or order or seed is not None or pilot:
             raise StudyError(
-                "--resume keeps the session's order and seed, and begins no other session",
-                "Leave out --again, --order and --seed.",
+                "--resume keeps the session's order, seed and slot, and begins no other session",
+                "Leave out --again, --order, --seed and --pilot.",
             )
-        boundary = find_boundary(loaded, check_participant(participant), output)
-        opened = boundary.opened
-        console.print(
-            f"Participant [bold]{opened.participant}[/], order {' then '.join(opened.order)}: "
-            "going on at the last stage entered. Escape pauses."
-        )
-        session = partial(resume_session, loaded, boundary, output)
+        whose = check_participant(participant or enrolling.who_broke_off(loaded, output))
+        boundary = find_boundary(loaded, whose, output)
+        enrolled = enrolling.Enrolled(loaded, whose, output)
+        known = enrolled.resume()
+        console.print(enrolling.announce_resumed(boundary))
+        session = partial(resume_session, loaded, boundary, output, pilot=known.pilot)
     else:
-        assignment = assign(loaded, participant, output, order=order, seed=seed, again=again)
-        console.print(
-            f"Participant [bold]{assignment.participant}[/], "
-            f"order {' then '.join(assignment.order)}. Escape pauses."
+        assignment = enrolling.assign(
+            loaded, participant, output, order=order, seed=seed, again=again, pilot=pilot
         )
-        session = partial(run_session, loaded, assignment, output)
-    with _live_view(live_host, live_port, wanted=live) as tap:
+        enrolled = enrolling.Enrolled(loaded, assignment.participant, output)
+        console.print(enrolling.announce(assignment))
+        enrolling.tell_place(loaded, assignment, output)
+        session = partial(run_session, loaded, assignment, output, enrolled=enrolled)
+    with enrolled, _live_view(live_host, live_port, wanted=live) as tap:
         seat = Seat(window_size, fullscreen=fullscreen, ui_scale=ui_scale, tap=tap, lsl=lsl)
-        paths, complete = session(seat, scorers=scorers)
-    for path in paths:
+        finished = session(seat=seat, scorers=scorers)
+        enrolled.write_back(finished)
+    for path in finished.paths:
         console.print(f"Recorded in {escape(str(path))}")
-    if not paths:
+    if not finished.paths:
         errors.print("[yellow]No recording: the participant declined, or had it erased.[/]")
         raise typer.Exit(3)
-    if not complete:
+    if finished.outcome != "complete":
         errors.print(
             "[yellow]The session was ended early; the recording holds what there was.[/] "
             "To go on where it broke off, say the same with --resume."

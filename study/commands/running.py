@@ -4,33 +4,30 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
+from typing import Literal
 
 from rich.markup import escape
 
 from study.commands.composing import (
     Assignment,
-    check_participant,
-    next_order,
-    orders_used,
-    seed_from,
     session_opened,
     start_failover_recorder,
 )
-from study.commands.consenting import Given, ask_for_consent, erase
-from study.commands.deviations import tell_deviations
+from study.commands.consenting import Given, ask_for_consent
+from study.commands.deviations import tell_deviations, tell_gates
+from study.commands.enrolling import Enrolled, Finished
+from study.commands.not_taking_part import erase
 from study.commands.recorded_scorers import recorded_weights
 from study.commands.resuming import (
     Boundary,
     RestoredFit,
     find_end,
-    is_complete,
-    last_session,
 )
 from study.commands.terminal import errors
-from study.errors import StudyError
+from study.events.events import Event, SessionEnded
 from study.events.inputs import Input, SessionOpened
 from study.events.shell import Note
 from study.foxglove.live_tap import LiveTap, TappedRecorder
@@ -47,55 +44,6 @@ from study.shell.live_loop import LiveClock, LiveLoop
 from study.shell.lsl import LslOutlet
 from study.shell.markers import MarkerPublisher
 from study.shell.window import Window
-
-
-def assign(
-    loaded: LoadedProtocol,
-    participant: str,
-    folder: Path,
-    *,
-    order: str = "",
-    seed: int | None = None,
-    again: bool = False,
-) -> Assignment:
-    """Decide order and seed of a person's session.
-
-    Args:
-        loaded: the protocol.
-        participant: pseudonymous id.
-        folder: where this study's recordings are: the order run least often there is taken.
-        order: conditions separated by commas, to overrule.
-        seed: to overrule the one derived from participant and protocol.
-        again: whether a participant who has a recording may take part again.
-
-    Raises:
-        StudyError: the id cannot be used, has a recording, or the order is none.
-    """
-    participant = check_participant(participant)
-    used = orders_used(folder, loaded.protocol.study.name) if folder.is_dir() else {}
-    if participant in used and not again:
-        last = last_session(loaded, participant, folder)
-        broken_off = last is not None and not is_complete(last)
-        raise StudyError(
-            f'participant "{participant}" already has a recording in {folder}'
-            + (", of a session that is not complete" if broken_off else ""),
-            ("To go on where it broke off say --resume. " if broken_off else "")
-            + "Give another id, or say --again if this person really takes part once more.",
-        )
-    names = {condition.name for condition in loaded.protocol.conditions}
-    chosen = tuple(part.strip() for part in order.split(",") if part.strip())
-    if chosen and (set(chosen) != names or len(chosen) != len(names)):
-        raise StudyError(
-            f'"{order}" is no order of these conditions',
-            f"Name each condition once: {','.join(sorted(names))}.",
-        )
-    return Assignment(
-        participant=participant,
-        seed=seed if seed is not None else seed_from(f"{loaded.sha256} {participant}"),
-        order=chosen or next_order(loaded, list(used.values())),
-        planned_index=len(used),
-        operator_kind="person",
-    )
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -136,9 +84,10 @@ def run_session(
     assignment: Assignment,
     folder: Path,
     seat: Seat,
+    enrolled: Enrolled,
     *,
     scorers: Mapping[str, str] | None = None,
-) -> tuple[list[Path], bool]:
+) -> Finished:
     """Run a session in a window.
 
     Args:
@@ -146,11 +95,11 @@ def run_session(
         assignment: who takes part, and in which order.
         folder: where the recording goes.
         seat: the window, and who else watches.
+        enrolled: the participant's place in the register.
         scorers: scorers' names to recordings of other participants.
 
     Returns:
-        The recording, one file a part, and whether every stage was passed. There is no file if
-        the participant declined, or had the recording erased.
+        What it came to.
 
     Raises:
         RecordingFailedError: it could not be recorded to its end.
@@ -163,19 +112,20 @@ def run_session(
         window = seat.open_window(loaded.protocol.study)
         answer = _asked(loaded, window, folder)
         if answer is None:
-            return [], False
+            return Finished((), "declined")
         given = answer
     opened = session_opened(
         loaded, assignment, consent_sha256=given.sha256, consented_utc=given.utc
     )
     # The writer starts before anything that could take the study down, and ends last.
-    recorder = start_failover_recorder(folder, loaded, opened)
+    recorder = start_failover_recorder(folder, loaded, opened, pilot=assignment.pilot)
     beginning = _Beginning(
         lambda _: opened,
         recorded=recorded,
         window=window,
         folder=folder,
         outlet_of=opened if seat.lsl else None,
+        enrolled=enrolled,
     )
     return _run(loaded, recorder, beginning, seat)
 
@@ -197,8 +147,9 @@ def resume_session(
     folder: Path,
     seat: Seat,
     *,
+    pilot: bool = False,
     scorers: Mapping[str, str] | None = None,
-) -> tuple[list[Path], bool]:
+) -> Finished:
     """Go on with a session in a window, from a boundary; see `run_session`."""
     recorded = recorded_weights(loaded, scorers)
     end = find_end(boundary.recording)
@@ -209,6 +160,7 @@ def resume_session(
         name=base_name(boundary.recording.path),
         part=end.part + 1,
         first_sequence=end.sequence + 1,
+        pilot=pilot,
     )
     beginning = _Beginning(
         lambda t_ns: end.resumed(boundary.after_sequence, t_ns, time.time_ns()),
@@ -237,6 +189,7 @@ class _Beginning:
         window: open already, if consent was asked for in it.
         folder: where the recordings are.
         earlier: files of the session that were finished before.
+        enrolled: told when the first input is recorded; None if the session is known to run.
     """
 
     first_input: Callable[[int], Input]
@@ -248,6 +201,7 @@ class _Beginning:
     window: Window | None = None
     folder: Path = Path()
     earlier: tuple[Path, ...] = ()
+    enrolled: Enrolled | None = None
 
 
 def _run(
@@ -255,7 +209,12 @@ def _run(
     recorder: FailoverRecorder,
     beginning: _Beginning,
     seat: Seat,
-) -> tuple[list[Path], bool]:
+) -> Finished:
+    reasons: list[str] = []
+
+    def note_end(numbered: Sequence[tuple[int, Event]]) -> None:
+        reasons.extend(event.reason for _, event in numbered if isinstance(event, SessionEnded))
+
     with ExitStack() as stack:
         stack.callback(_close, recorder, recorder.sent_sequence)
         outlet = LslOutlet(beginning.outlet_of) if beginning.outlet_of else None
@@ -278,6 +237,10 @@ def _run(
         if publisher:
             conductor.watch(publisher.publish)
         conductor.watch(tell_deviations)
+        conductor.watch(tell_gates)
+        conductor.watch(note_end)
+        if beginning.enrolled:
+            beginning.enrolled.begin()
         conductor.feed(beginning.first_input(clock.now()))
         LiveLoop(conductor, window, recorder, clock).run()
         if tap is not None:
@@ -291,8 +254,9 @@ def _run(
     if conductor.erase_asked:
         study = loaded.protocol.study.name
         erase([*beginning.earlier, *paths], beginning.folder, study)
-        return [], False
-    return paths, session.complete
+        return Finished((), "erased")
+    outcome: Literal["complete", "ended_early"] = "complete" if session.complete else "ended_early"
+    return Finished(tuple(paths), outcome, reasons[-1] if reasons else "")
 
 
 def _close(recorder: FailoverRecorder, before: int) -> None:

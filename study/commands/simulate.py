@@ -13,6 +13,7 @@ from study.commands.composing import lock_warning
 from study.commands.terminal import console, errors
 from study.errors import StudyError
 from study.loading import load_protocol
+from study.simulated.parameters import Driver
 
 
 def simulate(
@@ -25,13 +26,22 @@ def simulate(
         Path, typer.Option("--output", "-o", help="Folder of the recordings.")
     ] = Path("recordings/simulated"),
     jobs: Annotated[int, typer.Option(min=-1, help="Processes at once; -1: all cores.")] = -1,
+    driver: Annotated[
+        Driver,
+        typer.Option(help="Who drives: a crude person's plan, or the user trained on the task."),
+    ] = "planner",
 ) -> None:
     """Run simulated participants through the whole study, on all cores, without a window."""
-    simulate_with_progress(protocol, participants, seed, output, jobs)
+    simulate_with_progress(protocol, participants, seed, output, jobs, driver)
 
 
 def simulate_with_progress(
-    protocol: str, participants: int | None, seed: int | None, output: Path, jobs: int
+    protocol: str,
+    participants: int | None,
+    seed: int | None,
+    output: Path,
+    jobs: int,
+    driver: Driver = "planner",
 ) -> list[Path]:
     """Simulate a study and show how far it is; return the recordings."""
     from study.commands.simulating import (  # noqa: PLC0415 - slow to import
@@ -50,7 +60,7 @@ def simulate_with_progress(
     recordings: list[Path] = []
     with Progress(*columns, TimeElapsedColumn(), console=console) as progress:
         task = progress.add_task("Simulated participants", total=count)
-        for path in simulate_study(str(loaded.path), count, study_seed, output, jobs):
+        for path in simulate_study(str(loaded.path), count, study_seed, output, jobs, driver):
             recordings.append(path)
             progress.advance(task)
     people = "participant" if count == 1 else "participants"

@@ -17,6 +17,7 @@ from study.commands.composing import (
     start_recorder,
 )
 from study.commands.recorded_scorers import recorded_weights
+from study.families import load_member
 from study.loading import LoadedProtocol, load_protocol
 from study.orders import possible_orders
 from study.seeding import stream_seed
@@ -26,14 +27,18 @@ from study.shell.fitting import InlineFitter
 from study.shell.fleet import open_fleet
 from study.shell.virtual_loop import VirtualClock, run_virtual
 from study.simulated.operator import SimulatedOperator
-from study.simulated.parameters import draw_parameters
+from study.simulated.parameters import Driver, draw_parameters
+from study.simulated.trained_user import TrainedUser
 
 BATCH_BYTES = 1 << 16
 """A simulated session that is lost can be run again, so its records travel in batches."""
 
 
-def simulated_assignments(loaded: LoadedProtocol, participants: int, seed: int) -> list[Assignment]:
+def simulated_assignments(
+    loaded: LoadedProtocol, participants: int, seed: int, driver: Driver = "planner"
+) -> list[Assignment]:
     """Return the assignments of a simulated study: orders in turn, so that they balance."""
+    user = trained_user_of(loaded) if driver == "trained_user" else None
     names = [condition.name for condition in loaded.protocol.conditions]
     orders = possible_orders(names, loaded.protocol.phase_three.order)
     digits = max(2, len(str(participants)))
@@ -44,16 +49,32 @@ def simulated_assignments(loaded: LoadedProtocol, participants: int, seed: int) 
             order=orders[index % len(orders)],
             planned_index=index,
             operator_kind="simulated",
-            operator_json=_operator_json(seed, index),
+            operator_json=_operator_json(seed, index, driver, user),
         )
         for index in range(participants)
     ]
 
 
-def _operator_json(seed: int, index: int) -> str:
+def trained_user_of(loaded: LoadedProtocol) -> TrainedUser:
+    """Return the synthetic user of a protocol's task.
+
+    Raises:
+        StudyError: none ships, or it was trained for other parameters.
+    """
+    task = loaded.protocol.task
+    settings = load_member("study.tasks", "task", task.name).Parameters.model_validate(
+        task.parameters
+    )
+    return TrainedUser.shipped(task.name, settings.model_dump(mode="json"))
+
+
+def _operator_json(seed: int, index: int, driver: Driver, user: TrainedUser | None) -> str:
     """Return what made a simulated operator: the study's seed and the parameters drawn from it."""
-    drawn = draw_parameters(seed, index).model_dump(mode="json")
-    return json.dumps({"study_seed": seed, **drawn})
+    drawn = draw_parameters(seed, index, driver).model_dump(mode="json")
+    made_of = {"study_seed": seed, **drawn}
+    if user is not None:
+        made_of["user_sha256"] = user.sha256
+    return json.dumps(made_of)
 
 
 def simulate_session(
@@ -62,6 +83,7 @@ def simulate_session(
     study_seed: int,
     folder: Path,
     *,
+    driver: Driver = "planner",
     batch_bytes: int = BATCH_BYTES,
 ) -> Path:
     """Run one simulated participant through the whole session.
@@ -71,6 +93,7 @@ def simulate_session(
         assignment: who and how.
         study_seed: seed from which the operator's parameters were drawn.
         folder: where the recording goes.
+        driver: who drives; the assignment says the same.
         batch_bytes: bytes of records sent together; 0 sends each at once.
 
     Returns:
@@ -90,8 +113,9 @@ def simulate_session(
         conductor.observe(clock_pair(0))
         conductor.feed(opened)
         operator = SimulatedOperator(
-            draw_parameters(study_seed, assignment.planned_index),
+            draw_parameters(study_seed, assignment.planned_index, driver),
             stream_seed(assignment.seed, "operator"),
+            trained_user_of(loaded) if driver == "trained_user" else None,
         )
         run_virtual(conductor, operator, clock)
     finally:
@@ -102,7 +126,12 @@ def simulate_session(
 
 
 def simulate_study(
-    protocol: str, participants: int, seed: int, folder: Path, jobs: int
+    protocol: str,
+    participants: int,
+    seed: int,
+    folder: Path,
+    jobs: int,
+    driver: Driver = "planner",
 ) -> Iterator[Path]:
     """Simulate a study; yield each recording as it is finished.
 
@@ -112,11 +141,12 @@ def simulate_study(
         seed: of the study; everything is keyed from it.
         folder: where the recordings go.
         jobs: processes at once; -1 for all cores.
+        driver: who drives.
     """
     loaded = load_protocol(protocol)
     tasks = (
-        delayed(simulate_session)(protocol, assignment, seed, folder)
-        for assignment in simulated_assignments(loaded, participants, seed)
+        delayed(simulate_session)(protocol, assignment, seed, folder, driver=driver)
+        for assignment in simulated_assignments(loaded, participants, seed, driver)
     )
     yield from Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)(tasks)
 

@@ -10,13 +10,20 @@ from rich.table import Table
 
 from study.commands.terminal import console
 from study.durations import dwell_seconds, expected_minutes
-from study.loading import load_protocol
+from study.experiment.protocol import is_experiment, load_experiment
+from study.loading import find_protocol, load_protocol, read_text
 
 
 def validate(
     protocol: Annotated[str, typer.Argument(help="Protocol file, or name of a shipped one.")],
 ) -> None:
-    """Check a protocol file; print its dwell in seconds and the minutes of each stage."""
+    """Check a protocol file; print its dwell in seconds and the minutes of each stage.
+
+    Of an experiment's file: how many trials it has, and in which worlds.
+    """
+    if is_experiment(read_text(find_protocol(protocol))):
+        _validate_experiment(protocol)
+        return
     loaded = load_protocol(protocol)
     console.print(f"[green]Valid:[/] {escape(str(loaded.path))} (sha256 {loaded.sha256[:12]})")
     for condition, seconds in dwell_seconds(loaded.protocol):
@@ -31,3 +38,15 @@ def validate(
     table.add_row("Together", f"{total:.1f}", style="bold")
     console.print(table)
     console.print(f"Assumptions marked: {len(loaded.protocol.assumptions)}")
+
+
+def _validate_experiment(given: str) -> None:
+    loaded = load_experiment(given)
+    protocol = loaded.protocol
+    console.print(f"[green]Valid:[/] {escape(str(loaded.path))} (sha256 {loaded.sha256[:12]})")
+    seeds = protocol.seeds
+    console.print(
+        f"An experiment of {protocol.experiment.trials} trials; worlds: development seed "
+        f"{seeds.development}, held-out seed {seeds.held_out}"
+    )
+    console.print(f"Assumptions marked: {len(protocol.assumptions)}")

@@ -23,6 +23,7 @@ from study.events.fields import (
     string,
     strings,
 )
+from study.events.fit_events import FitGateJudged, PreparationRequested, WarmStarted
 from study.events.participant_events import (
     AnswerChanged,
     ComprehensionChecked,
@@ -49,7 +50,11 @@ class StageEntered(Record):
 
     t_ns: int = fixed64(1, "time of the cause", unit="ns")
     stage: int = sfixed32(2, "place in the sequence, from 0")
-    kind: str = string(3, '"pages", "trial", "fit", "survey", "reveal", "break", "check"')
+    kind: str = string(
+        3,
+        '"pages", "trial", "fit", "preparation", "survey", "reveal", "break", "check"; '
+        '"skipped" if the case that it was planned for did not arise',
+    )
     name: str = string(4, 'which one: "instructions", "phase_three", ...')
     phase: int = sfixed32(5, "codes.Phase")
     block: int = sfixed32(6, "number of the block within its phase, from 1; 0 outside")
@@ -68,7 +73,9 @@ class TrialStarted(Record):
     trial: int = sfixed32(6, "number within the block, from 1")
     robots: int = sfixed32(7, "number of robots, n")
     timesteps: int = sfixed32(8, "planned length", unit="timesteps")
-    allocation: str = string(9, '"correction", "manual", "suggested", "assisted" or "none"')
+    allocation: str = string(
+        9, '"correction", "manual", "correction_round", "suggested", "assisted" or "none"'
+    )
     view: str = string(10, '"tiles", "operated_only" or "enlarged"')
     dwell: int = sfixed32(11, "timesteps between automatic switches; 0 if none", unit="timesteps")
     policy_id: str = string(12, 'which policy drives: "uniform_random" or a fit\'s artefact id')
@@ -129,7 +136,9 @@ class Switched(Record):
     from_robot: int = sfixed32(4, "index from 0; -1 if none")
     to_robot: int = sfixed32(5, "index from 0; -1 if none")
     source: int = sfixed32(6, "codes.ChoiceSource")
-    cause: str = string(7, '"number", "tab", "pointer", "accept", "dwell", "ended" or "start"')
+    cause: str = string(
+        7, '"number", "tab", "pointer", "accept", "dwell", "ended", "start" or "offer"'
+    )
 
 
 @record("event", "switch_announced")
@@ -292,6 +301,9 @@ Event = (
     | TrialEnded
     | FitRequested
     | FitApplied
+    | PreparationRequested
+    | WarmStarted
+    | FitGateJudged
     | QuestionAnswered
     | RewardRevealed
     | Paused

@@ -149,6 +149,9 @@ class FitCompleted(Record):
         "scorer's value over the task's map grid; empty for policies",
         shape="healths,headings,rows,columns or 0",
     )
+    preparation: bytes = blob(
+        9, "safetensors: what a later fit can go on from; empty if there is nothing"
+    )
 
 
 @record("input", "fit_failed")

@@ -25,10 +25,13 @@ class FitResult:
     Attributes:
         weights: safetensors bytes with all that ``load`` needs, input scaling included.
         metrics: measures of fit by name.
+        preparation: safetensors bytes that a later fit to more data can go on from; empty if
+            there is nothing to go on from.
     """
 
     weights: bytes
     metrics: dict[str, float]
+    preparation: bytes = b""
 
 
 class Policy(Protocol):

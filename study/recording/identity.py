@@ -29,6 +29,9 @@ def metadata_digest(metadata: Mapping[str, str]) -> str:
 PART = "part"
 """Key of a part's number in the metadata; a file without it is part 1."""
 
+PILOT = "pilot"
+"""Key that is "true" in the metadata of a pilot's recording."""
+
 CHANNELS = "channels"
 """Key of the topics in order of their channels, from 1: JSON. With it, what follows a lost
 first chunk, which declares the channels, can still be told apart."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
-from typing import Annotated
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -34,12 +34,25 @@ class NetworkParameters(BaseModel):
         128, ge=1, description="choices in a minibatch; fewer where a pass would have under 12"
     )
     weight_decay: float = Field(0.1, ge=0, description="decoupled weight decay")
+    warm_epochs: int = Field(
+        2,
+        ge=1,
+        description="passes over the choices of a fit that goes on from one made in the "
+        "background before the last trial",
+    )
     held_out_fraction: float = Field(
         0.2,
         ge=0,
         le=0.5,
-        description="part of the trials held out to measure the fit; the weights kept are then "
-        "fitted to all. Needs three trials",
+        description="part of the trials held out to measure the fit (every k-th, k being its "
+        "reciprocal); the weights kept are then fitted to all. Needs three trials",
+    )
+    held_out_parts: int = Field(
+        1,
+        ge=1,
+        le=20,
+        description="how many such parts are held out in turn, each by a fit of its own; all "
+        "of them together are every trial",
     )
 
 
@@ -75,6 +88,10 @@ class Network:
 
     def to_bytes(self) -> bytes:
         """Encode as safetensors."""
+        return safetensors.numpy.save(self.tensors())
+
+    def tensors(self) -> dict[str, npt.NDArray[np.floating]]:
+        """Return weights and input scaling by name."""
         tensors: dict[str, npt.NDArray[np.floating]] = {
             "input.mean": self.standard.mean,
             "input.deviation": self.standard.deviation,
@@ -82,12 +99,18 @@ class Network:
         for number, (weight, bias) in enumerate(self.layers):
             tensors[f"layer{number}.weight"] = weight
             tensors[f"layer{number}.bias"] = bias
-        return safetensors.numpy.save(tensors)
+        return tensors
 
     @classmethod
     def from_bytes(cls, weights: bytes, description: TaskDescription) -> Network:
         """Decode what `to_bytes` wrote."""
-        tensors = safetensors.numpy.load(weights)
+        return cls.from_tensors(safetensors.numpy.load(weights), description.state_fields)
+
+    @classmethod
+    def from_tensors(
+        cls, tensors: Mapping[str, npt.NDArray[Any]], fields: Sequence[StateField]
+    ) -> Network:
+        """Return the network of `tensors`."""
         depth = sum(name.endswith(".weight") for name in tensors)
         layers = [(f"layer{number}.weight", f"layer{number}.bias") for number in range(depth)]
         return cls(
@@ -96,5 +119,5 @@ class Network:
                 for weight, bias in layers
             ),
             standard=Standardisation(tensors["input.mean"], tensors["input.deviation"]),
-            fields=description.state_fields,
+            fields=fields,
         )

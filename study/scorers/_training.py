@@ -12,10 +12,23 @@ import numpy.typing as npt
 import torch
 
 from study.events.task_description import StateField
-from study.features import encode, standardisation
+from study.features import Standardisation, encode, standardisation, standardised_columns
 from study.policies.base import FitResult
-from study.scorers._choices import Choices, fit_metrics, held_out_rows
+from study.scorers._choices import (
+    Choices,
+    calibration,
+    fit_metrics,
+    held_out_parts,
+    trial_metrics,
+)
 from study.scorers._network import Network, NetworkParameters
+from study.scorers._warm_start import (
+    Trained,
+    best_start,
+    first_layer_for,
+    from_preparation,
+    to_preparation,
+)
 
 Loss = Callable[[torch.Tensor, torch.Tensor, torch.Tensor], torch.Tensor]
 """Mean loss of scores [b, n] given available bool [b, n] and chosen int64 [b]."""
@@ -30,6 +43,7 @@ def fit_network(
     parameters: NetworkParameters,
     seed: int,
     loss: Loss,
+    start: bytes = b"",
 ) -> FitResult:
     """Fit to all choices; measure on held-out trials what a fit to the others achieves.
 
@@ -39,21 +53,43 @@ def fit_network(
         parameters: architecture and optimisation.
         seed: of initial weights, minibatches and held-out trials.
         loss: what is minimised.
+        start: preparation of an earlier fit to go on from. A fit that is measured on held-out
+            trials never goes on from one that has seen any of them.
     """
+    candidates = from_preparation(start, fields)
     metrics = {
         "choices": float(len(choices)),
         "trials": float(len(np.unique(choices.trials))),
     }
-    held_out = held_out_rows(choices, parameters.held_out_fraction, _random(seed))
-    if held_out is not None:
-        network = _trained(choices.rows(~held_out), fields, parameters, seed, loss)
-        unseen = choices.rows(held_out)
-        measures = fit_metrics(network.scores(unseen.states), unseen)
-        metrics |= {f"held_out_{name}": value for name, value in measures.items()}
-        metrics["held_out_choices"] = float(len(unseen))
-    network = _trained(choices, fields, parameters, seed, loss)
+    made: list[Trained] = []
+    warm: list[bool] = []
+
+    def trained(part: Choices) -> Network:
+        network, is_warm = _trained(part, fields, parameters, seed, loss, candidates)
+        made.append(Trained(network, np.unique(part.trials)))
+        warm.append(is_warm)
+        return network
+
+    parts = held_out_parts(
+        choices, parameters.held_out_fraction, parameters.held_out_parts, _random(seed)
+    )
+    if parts:
+        scores = np.zeros(choices.available.shape)
+        for part in parts:
+            scores[part] = trained(choices.rows(~part)).scores(choices.states[part])
+        seen = np.logical_or.reduce(parts)
+        metrics |= _held_out(scores[seen], choices.rows(seen))
+    network = trained(choices)
     metrics |= fit_metrics(network.scores(choices.states), choices)
-    return FitResult(weights=network.to_bytes(), metrics=metrics)
+    metrics["warm"] = float(all(warm))
+    return FitResult(network.to_bytes(), metrics, to_preparation(made))
+
+
+def _held_out(scores: npt.NDArray[np.float64], unseen: Choices) -> dict[str, float]:
+    measures = fit_metrics(scores, unseen) | calibration(scores, unseen)
+    measures |= trial_metrics(scores, unseen)
+    measures["choices"] = float(len(unseen))
+    return {f"held_out_{name}": value for name, value in measures.items()}
 
 
 def _random(seed: int) -> np.random.Generator:
@@ -66,7 +102,9 @@ def _trained(
     parameters: NetworkParameters,
     seed: int,
     loss: Loss,
-) -> Network:
+    candidates: Sequence[Trained],
+) -> tuple[Network, bool]:
+    """Return a fitted network, and whether it went on from one of the candidates."""
     standard = standardisation(choices.states[choices.available], fields)
     features = encode(choices.states, fields, standard=standard)
     linear = not parameters.hidden
@@ -76,26 +114,41 @@ def _trained(
         torch.from_numpy(choices.available),
         torch.from_numpy(choices.chosen),
     )
-    module = _module(features.shape[-1], parameters.hidden, seed).to(dtype)
+    widths = (features.shape[-1], *parameters.hidden, 1)
+    module = _module(widths, seed).to(dtype)
+    # A linear fit ends at the same maximum wherever it starts.
+    before = None if linear else best_start(candidates, np.unique(choices.trials), widths)
     if linear:
         _minimise_convex(module, tensors, loss)
-    else:
+    elif before is None:
         _minimise(module, tensors, loss, parameters, seed)
-    return Network(_layers(module), standard, fields)
+    else:
+        _start_from(module, before, standard)
+        _minimise(module, tensors, loss, parameters, seed, warm=True)
+    return Network(_layers(module), standard, fields), before is not None
 
 
-def _module(inputs: int, hidden: tuple[int, ...], seed: int) -> torch.nn.Sequential:
+def _module(widths: Sequence[int], seed: int) -> torch.nn.Sequential:
     """Return a perceptron; a linear one starts at zero, others at torch's default."""
-    widths = (inputs, *hidden, 1)
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
         parts: list[torch.nn.Module] = []
         for before, after in itertools.pairwise(widths):
             parts += [torch.nn.Linear(before, after), torch.nn.ReLU()]
-    if not hidden:
+    if len(parts) == 2:
         for weights in parts[0].parameters():
             torch.nn.init.zeros_(weights)
     return torch.nn.Sequential(*parts[:-1])
+
+
+def _start_from(module: torch.nn.Sequential, before: Network, standard: Standardisation) -> None:
+    """Set weights so that the module computes what a network did, on inputs scaled anew."""
+    first = first_layer_for(before, standard, standardised_columns(before.fields))
+    linears = [part for part in module if isinstance(part, torch.nn.Linear)]
+    with torch.no_grad():
+        for part, (weight, bias) in zip(linears, (first, *before.layers[1:]), strict=True):
+            part.weight.copy_(torch.from_numpy(np.asarray(weight)))
+            part.bias.copy_(torch.from_numpy(np.asarray(bias)))
 
 
 def _minimise(
@@ -104,9 +157,17 @@ def _minimise(
     loss: Loss,
     parameters: NetworkParameters,
     seed: int,
+    *,
+    warm: bool = False,
 ) -> None:
-    """Minibatch Adam with a step size that falls to zero along a half cosine."""
+    """Minibatch Adam with a step size that falls to zero along a half cosine.
+
+    What goes on from an earlier fit takes part of the way only, at the step size that is left
+    at that point of the whole way.
+    """
     random = _random(seed)
+    epochs = max(parameters.epochs, parameters.warm_epochs) if warm else parameters.epochs
+    first = epochs - parameters.warm_epochs if warm else 0
     count = len(tensors[0])
     size = min(parameters.batch_size, math.ceil(count / _MINIBATCHES))
     optimiser = torch.optim.AdamW(
@@ -115,8 +176,8 @@ def _minimise(
         weight_decay=parameters.weight_decay,
         fused=True,
     )
-    for epoch in range(parameters.epochs):
-        falling = 0.5 * (1 + math.cos(math.pi * epoch / parameters.epochs))
+    for epoch in range(first, epochs):
+        falling = 0.5 * (1 + math.cos(math.pi * epoch / epochs))
         optimiser.param_groups[0]["lr"] = parameters.learning_rate * falling
         order = torch.from_numpy(random.permutation(count))
         shuffled = [tensor[order] for tensor in tensors]

@@ -4,6 +4,9 @@ A member's module has ``Parameters`` (a pydantic model), ``fit`` and ``load`` as
 `study.policies.base.FitModule`; torch is imported inside ``fit`` only, so that a live
 session scores without it.
 
+A scorer that can go on from an earlier fit (``WARM_STARTS = True``) takes that fit's preparation
+as ``start``, and returns one.
+
 A control scorer (``IS_CONTROL = True`` in its module) learns nothing from the operator: its
 ``fit`` measures nothing, and no heat map is made of it. A scorer may have ``begin(robots, seed)``,
 called when a fleet run starts; then it may keep what it saw, being asked once a timestep for the

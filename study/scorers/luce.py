@@ -17,6 +17,8 @@ from study.scorers._network import Network, NetworkParameters
 if TYPE_CHECKING:
     import torch
 
+WARM_STARTS = True
+
 
 class Parameters(NetworkParameters):
     """What a protocol can set of the scorer."""
@@ -27,6 +29,7 @@ def fit(
     description: TaskDescription,
     parameters: Mapping[str, object] | Parameters,
     seed: int,
+    start: bytes = b"",
 ) -> FitResult:
     """Fit phi by maximum likelihood to the operator's choices.
 
@@ -36,6 +39,7 @@ def fit(
         description: the task's.
         parameters: as in a protocol.
         seed: of initial weights, minibatches and held-out trials.
+        start: preparation of an earlier fit with the same seed to go on from; empty for none.
 
     Raises:
         StudyError: the choices cannot be fitted; the message says why.
@@ -44,7 +48,9 @@ def fit(
     choices = validated_choices(arrays)
     from study.scorers._training import fit_network  # noqa: PLC0415
 
-    return fit_network(choices, description.state_fields, settings, seed, negative_log_likelihood)
+    return fit_network(
+        choices, description.state_fields, settings, seed, negative_log_likelihood, start
+    )
 
 
 def load(weights: bytes, description: TaskDescription) -> Network:

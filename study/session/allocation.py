@@ -67,8 +67,11 @@ class ManualAllocation:
     def select_next(self) -> int:
         """Choose the next robot by number: passing one on the way is not choosing it."""
         switched = self.select((self.operated + 1) % self._robots)
-        self._cycling_left = SETTLE_TIMESTEPS
+        self._settle_later()
         return switched
+
+    def _settle_later(self) -> None:
+        self._cycling_left = SETTLE_TIMESTEPS
 
     def flag(self) -> ChoiceFlag:
         """Return whether the row of this timestep may be fitted."""

@@ -21,6 +21,19 @@ class Outbox:
     effects: list[Effect] = dataclasses.field(default_factory=list)
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class Preparation:
+    """What a fit left for a later one to go on from.
+
+    Attributes:
+        request_id: of the fit.
+        content: safetensors bytes.
+    """
+
+    request_id: int
+    content: bytes
+
+
 @dataclasses.dataclass(slots=True)
 class Knowledge:
     """What the session has learned so far.
@@ -28,6 +41,11 @@ class Knowledge:
     Attributes:
         timesteps: events of the trials, by (phase, condition).
         artefacts: ids of the fits that took effect.
+        preparing: fits asked for in the background: request to artefact.
+        preparations: the newest there is to go on from, by artefact.
+        repeats: attempts for which a gate asked for further trials and fits.
+        replaced: scorers that did not pass their gate, and what runs in their place: another
+            artefact, or "manual".
         block_rewards: team rewards of the trials so far, by condition.
         next_trial_id: number of the next fleet run.
         next_request_id: number of the next request.
@@ -38,6 +56,10 @@ class Knowledge:
 
     timesteps: dict[tuple[int, str], list[Timestep]] = dataclasses.field(default_factory=dict)
     artefacts: set[str] = dataclasses.field(default_factory=set)
+    preparing: dict[int, str] = dataclasses.field(default_factory=dict)
+    preparations: dict[str, Preparation] = dataclasses.field(default_factory=dict)
+    repeats: set[int] = dataclasses.field(default_factory=set)
+    replaced: dict[str, str] = dataclasses.field(default_factory=dict)
     block_rewards: dict[str, list[float]] = dataclasses.field(default_factory=dict)
     practice_passed: bool = False
     comprehension_wrong: tuple[str, ...] | None = None

@@ -77,6 +77,9 @@ class RequestFit:
             ``chosen`` int32 [m], ``trials`` int32 [m] (to hold out whole trials).
         seed: seed of the fit.
         budget_seconds: when to give up.
+        start: preparation of an earlier fit to go on from, if the algorithm can; empty for none.
+        background: whether it only prepares a later fit: the answer takes effect nowhere, and
+            the session goes on meanwhile.
     """
 
     request_id: int
@@ -87,6 +90,8 @@ class RequestFit:
     arrays: dict[str, npt.NDArray[np.generic]]
     seed: int
     budget_seconds: float
+    start: bytes = b""
+    background: bool = False
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,7 @@
-"""The fit stage: gather the training data, ask for the fit, wait, put it in force."""
+"""The fit stage: gather the training data, ask for the fit, wait, put it in force.
+
+Beside it the stage that asks for a fit in the background and does not wait.
+"""
 
 from __future__ import annotations
 
@@ -6,14 +9,114 @@ import hashlib
 import json
 
 from study.events.events import Deviation, FitApplied, FitRequested
+from study.events.fit_events import PreparationRequested, WarmStarted
 from study.events.inputs import FitCompleted, FitFailed, FitTimedOut, Input
 from study.screens import Screen, WaitScreen
 from study.seeding import stream_seed
-from study.session.context import Context, Outbox
+from study.session.context import Context, Outbox, Preparation
 from study.session.effects import EnsureDurable, RequestFit
-from study.session.plan import FitPlan
+from study.session.fit_gate import FitEnd, judge
+from study.session.plan import FitPlan, PreparationPlan
+from study.session.rules import WARM_STARTS
 from study.session.stage import QuietStage
 from study.training_sets import arrays_sha256, choice_sets, demonstrations
+
+
+def fit_request(
+    plan: FitPlan | PreparationPlan, context: Context, start: bytes = b""
+) -> RequestFit:
+    """Return the request for a fit to what the session knows now."""
+    protocol, knowledge = context.protocol, context.knowledge
+    rows = [
+        row
+        for phase, condition in plan.sources
+        for row in knowledge.timesteps.get((phase, condition), [])
+    ]
+    state_size = len(context.description.state_fields)
+    if plan.kind == "policy":
+        member = protocol.policy
+        arrays = demonstrations(rows, state_size).arrays()
+    else:
+        member = protocol.scorers[plan.member]
+        robots, round_ = protocol.phase_two.robots, protocol.correction_round
+        sets = (
+            choice_sets(rows, max(robots, round_.offered), state_size, of_larger=True)
+            if round_
+            else choice_sets(rows, robots, state_size)
+        )
+        arrays = sets.arrays()
+    request_id = knowledge.request_id()
+    # One stream for a scorer, so that a later fit holds out the same trials as an earlier one.
+    stream = ("fit", request_id)
+    if plan.kind == "scorer" and context.rules >= WARM_STARTS:
+        stream = (f"fit {plan.artefact_id}", 0)
+    return RequestFit(
+        request_id=request_id,
+        artefact_id=plan.artefact_id,
+        kind=plan.kind,
+        algorithm=member.name,
+        parameters_json=json.dumps(member.parameters, sort_keys=True),
+        arrays=arrays,
+        seed=stream_seed(context.seed, *stream),
+        budget_seconds=member.fit_budget_seconds,
+        start=start,
+        background=isinstance(plan, PreparationPlan),
+    )
+
+
+class PreparationStage(QuietStage):
+    """Asks for a fit in the background, and is over at once."""
+
+    kind = "preparation"
+
+    def __init__(self, plan: PreparationPlan, context: Context) -> None:
+        self._plan = plan
+        self._context = context
+
+    def enter(self, t_ns: int, out: Outbox) -> bool:
+        """Ask for the fit, if there is anything to fit to."""
+        request = fit_request(self._plan, self._context)
+        rows = len(request.arrays["states"])
+        if rows:
+            self._context.knowledge.preparing[request.request_id] = request.artefact_id
+            out.events.append(
+                PreparationRequested(
+                    t_ns=t_ns,
+                    request_id=request.request_id,
+                    artefact_id=request.artefact_id,
+                    algorithm=request.algorithm,
+                    rows=rows,
+                    data_sha256=arrays_sha256(request.arrays),
+                )
+            )
+            out.effects.append(request)
+        return True
+
+    def handle(self, given: Input, out: Outbox) -> bool:  # noqa: ARG002 - it is over when entered
+        """Nothing reaches it."""
+        return True
+
+    def screen(self) -> Screen:
+        """Return nothing worth seeing: it is over when it is entered."""
+        return WaitScreen(title=self._context.say("One moment"), text="", progress=-1.0)
+
+
+def take_preparation(given: FitEnd, context: Context) -> bool:
+    """Keep the answer to a fit in the background; return whether it was one.
+
+    One that failed is no loss: the fit that counts then starts from nothing.
+    """
+    knowledge = context.knowledge
+    artefact_id = knowledge.preparing.pop(given.request_id, "")
+    if artefact_id and isinstance(given, FitCompleted):
+        _keep_preparation(artefact_id, given, context)
+    return bool(artefact_id)
+
+
+def _keep_preparation(artefact_id: str, given: FitCompleted, context: Context) -> None:
+    if given.preparation:
+        kept = Preparation(given.request_id, given.preparation)
+        context.knowledge.preparations[artefact_id] = kept
 
 
 class FitStage(QuietStage):
@@ -29,43 +132,24 @@ class FitStage(QuietStage):
     def enter(self, t_ns: int, out: Outbox) -> bool:
         """Ask for the fit."""
         plan, context = self._plan, self._context
-        protocol, knowledge = context.protocol, context.knowledge
-        rows = [
-            row
-            for phase, condition in plan.sources
-            for row in knowledge.timesteps.get((phase, condition), [])
-        ]
-        state_size = len(context.description.state_fields)
-        if plan.kind == "policy":
-            member = protocol.policy
-            arrays = demonstrations(rows, state_size).arrays()
-        else:
-            member = protocol.scorers[plan.member]
-            arrays = choice_sets(rows, protocol.phase_two.robots, state_size).arrays()
-        self._request_id = knowledge.request_id()
+        before = context.knowledge.preparations.get(plan.artefact_id) if plan.warm else None
+        request = fit_request(plan, context, before.content if before else b"")
+        self._request_id = request.request_id
         out.events.append(
             FitRequested(
                 t_ns=t_ns,
-                request_id=self._request_id,
+                request_id=request.request_id,
                 artefact_id=plan.artefact_id,
                 kind=plan.kind,
-                algorithm=member.name,
-                rows=len(arrays["states"]),
-                data_sha256=arrays_sha256(arrays),
+                algorithm=request.algorithm,
+                rows=len(request.arrays["states"]),
+                data_sha256=arrays_sha256(request.arrays),
             )
         )
-        out.effects.append(
-            RequestFit(
-                request_id=self._request_id,
-                artefact_id=plan.artefact_id,
-                kind=plan.kind,
-                algorithm=member.name,
-                parameters_json=json.dumps(member.parameters, sort_keys=True),
-                arrays=arrays,
-                seed=stream_seed(context.seed, "fit", self._request_id),
-                budget_seconds=member.fit_budget_seconds,
-            )
-        )
+        if before:
+            digest = hashlib.sha256(before.content).hexdigest()
+            out.events.append(WarmStarted(t_ns, request.request_id, before.request_id, digest))
+        out.effects.append(request)
         return False
 
     def handle(self, given: Input, out: Outbox) -> bool:
@@ -77,6 +161,7 @@ class FitStage(QuietStage):
         plan = self._plan
         if isinstance(given, FitCompleted):
             self._context.knowledge.artefacts.add(plan.artefact_id)
+            _keep_preparation(plan.artefact_id, given, self._context)
             out.events.append(
                 FitApplied(
                     t_ns=given.t_ns,
@@ -94,6 +179,7 @@ class FitStage(QuietStage):
         else:
             text = f"{plan.artefact_id}: over its budget of {given.budget_seconds:g} s"
             self._deviate("fit_timed_out", text, given.t_ns, out)
+        judge(plan, self._context, given, out)
         out.effects.append(EnsureDurable())
         return True
 

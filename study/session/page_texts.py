@@ -7,6 +7,7 @@ import dataclasses
 from study.messages import noted
 from study.protocol import Condition
 from study.session.context import Context
+from study.session.fit_gate import condition_as_run
 from study.session.plan import PagesPlan
 
 PARTS = 4
@@ -34,12 +35,15 @@ def pages(plan: PagesPlan, context: Context) -> tuple[Page, ...]:
         "practice": _practice,
         "phase_one": _phase_one,
         "phase_two": _phase_two,
+        "repeat": _repeat,
+        "correction_round": _correction_round,
         "explanation": _explanation,
         "debrief": _debrief,
         "thanks": _thanks,
     }
     if plan.name == "phase_three":
-        return _phase_three(context, context.protocol.condition(plan.place.condition), plan)
+        condition = condition_as_run(context.protocol.condition(plan.place.condition), context)
+        return _phase_three(context, condition, plan)
     return writers[plan.name](context)
 
 
@@ -149,6 +153,58 @@ def _phase_two(context: Context) -> tuple[Page, ...]:
             ),
             figure="choose",
             robots=robots,
+            action=say("to go on"),
+        ),
+    )
+
+
+def _repeat(context: Context) -> tuple[Page, ...]:
+    say, robots = context.say, context.protocol.phase_two.robots
+    return (
+        Page(
+            header=say("Part {part} of {parts}", part=2, parts=PARTS),
+            title=say("A few more trials"),
+            subtitle=say("As before: you choose which of {robots} robots to drive.", robots=robots),
+            paragraphs=(
+                say("The robots learn from what you choose, and can use a little more of it."),
+            ),
+            figure="choose",
+            robots=robots,
+            action=say("to go on"),
+        ),
+    )
+
+
+def _correction_round(context: Context) -> tuple[Page, ...]:
+    part, say = context.protocol.correction_round, context.say
+    if part is None:
+        return ()
+    rate = context.protocol.timing.timesteps_per_second
+    return (
+        Page(
+            header=say("Part {part} of {parts}", part=2, parts=PARTS),
+            title=say("{robots} robots: sometimes you choose", robots=part.robots),
+            subtitle=context.count(
+                "{n} trial. Two things take turns.",
+                "{n} trials. Two things take turns.",
+                part.trials,
+            ),
+            paragraphs=(
+                say(
+                    "For {seconds} seconds you drive a robot that was chosen for you. "
+                    "You see only that one, and a ring shows how long is left.",
+                    seconds=f"{part.dwell / rate:.1f}",
+                ),
+                say(
+                    "Then you see {offered} robots, other ones each time. For {seconds} seconds "
+                    "you choose which of them to drive, by the number on it.",
+                    offered=part.offered,
+                    seconds=f"{part.offer_timesteps / rate:.1f}",
+                ),
+                say("Take over the robot that you can help most. The robots learn from it."),
+            ),
+            figure="choose",
+            robots=part.robots,
             action=say("to go on"),
         ),
     )

@@ -1,12 +1,10 @@
-"""The sequence of stages that a protocol and an order of conditions give."""
+"""What the stages of a session are planned as, one kind a class; see `study.session.sequence`."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
 
 from study.events.codes import Phase
-from study.protocol import Condition, Protocol
 from study.screens import View
 
 PHASE_ONE_POLICY = "policy:phase_one"
@@ -30,10 +28,12 @@ class Place:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class PagesPlan:
-    """Pages to read; ``name`` picks the text."""
+    """Pages to read; ``name`` picks the text. See `TrialPlan` for ``repeat`` and ``needs``."""
 
     name: str
     place: Place
+    repeat: int = 0
+    needs: str = ""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class TrialPlan:
         trial, trials: number within the block and length of the block.
         robots: n.
         timesteps: longest length.
-        allocation: "correction", "manual", "suggested", "assisted" or "none".
+        allocation: "correction", "manual", "correction_round", "suggested", "assisted" or "none".
         view: "tiles", "operated_only" or "enlarged".
         dwell: timesteps between automatic switches; 0 if none.
         policy_id: what drives.
@@ -54,6 +54,9 @@ class TrialPlan:
         scored: whether its reward counts.
         goals_needed: goals of the operated robot that end it; 0 for none.
         attempt, attempts: of a practice with a criterion, from 1.
+        repeat: attempt of the fit that it comes before; passed over unless a fit gate asked for
+            that attempt. 0 if it is always run.
+        needs: artefact without which it is passed over; empty for none.
     """
 
     place: Place
@@ -72,6 +75,8 @@ class TrialPlan:
     goals_needed: int = 0
     attempt: int = 1
     attempts: int = 1
+    repeat: int = 0
+    needs: str = ""
 
     name = "trial"
 
@@ -85,6 +90,9 @@ class FitPlan:
         kind: "policy" or "scorer".
         member: which entry of the protocol: "policy" or a name under [scorers].
         sources: (phase, condition) pairs whose timesteps are used.
+        attempt: which attempt the scorer's gate judges, from 1; 0 if it does not judge.
+        repeat, needs: see `TrialPlan`.
+        warm: whether it goes on from what was fitted before, if there is something.
     """
 
     place: Place
@@ -92,8 +100,32 @@ class FitPlan:
     kind: str
     member: str
     sources: tuple[tuple[Phase, str], ...]
+    attempt: int = 0
+    repeat: int = 0
+    needs: str = ""
+    warm: bool = False
 
     name = "fit"
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class PreparationPlan:
+    """A fit in the background, from which a later one can go on; nobody waits for it.
+
+    Attributes:
+        artefact_id, member, sources: see `FitPlan`.
+        repeat, needs: see `TrialPlan`.
+    """
+
+    place: Place
+    artefact_id: str
+    member: str
+    sources: tuple[tuple[Phase, str], ...]
+    repeat: int = 0
+    needs: str = ""
+
+    kind = "scorer"
+    name = "preparation"
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -136,7 +168,16 @@ class CheckPlan:
     name = "comprehension"
 
 
-StagePlan = PagesPlan | TrialPlan | FitPlan | SurveyPlan | RevealPlan | BreakPlan | CheckPlan
+StagePlan = (
+    PagesPlan
+    | TrialPlan
+    | FitPlan
+    | PreparationPlan
+    | SurveyPlan
+    | RevealPlan
+    | BreakPlan
+    | CheckPlan
+)
 
 
 def policy_of(condition: str) -> str:
@@ -147,185 +188,3 @@ def policy_of(condition: str) -> str:
 def scorer_of(name: str) -> str:
     """Return the artefact id of a fitted scorer."""
     return f"scorer:{name}"
-
-
-def stage_plans(protocol: Protocol, order: tuple[str, ...]) -> tuple[StagePlan, ...]:
-    """Return all stages in sequence.
-
-    Args:
-        protocol: the study.
-        order: conditions of phase three in the order run.
-    """
-    before, after = Place(Phase.PRACTICE), Place(Phase.FOUR)
-    stages: list[StagePlan] = [PagesPlan("welcome", before)]
-    stages += _surveys(protocol, before, "at_start")
-    if protocol.practice.timesteps:
-        stages.append(PagesPlan("practice", before))
-        stages += [
-            _practice(protocol, attempt) for attempt in range(1, protocol.practice.attempts + 1)
-        ]
-    if protocol.comprehension:
-        stages.append(CheckPlan(before, attempt=1))
-        for attempt in range(2, protocol.comprehension.explanations + 2):
-            stages += [PagesPlan("explanation", before), CheckPlan(before, attempt)]
-    stages += _phase_one(protocol)
-    stages += _phase_two(protocol)
-    for block, name in enumerate(order, start=1):
-        if protocol.breaks:
-            stages.append(BreakPlan(Place(Phase.THREE, block, name)))
-        stages += _phase_three_block(protocol, protocol.condition(name), block)
-    if protocol.phase_four:
-        stages += _phase_four(protocol)
-    stages += _surveys(protocol, after, "at_end")
-    if protocol.debrief:
-        stages.append(PagesPlan("debrief", after))
-    stages.append(PagesPlan("thanks", after))
-    return tuple(stages)
-
-
-def _surveys(protocol: Protocol, place: Place, occasion: str) -> list[SurveyPlan]:
-    asked = [use.name for use in protocol.questionnaires if occasion in use.when]
-    return [SurveyPlan(place, name, occasion) for name in asked]
-
-
-def _practice(protocol: Protocol, attempt: int) -> TrialPlan:
-    return TrialPlan(
-        place=Place(Phase.PRACTICE),
-        trial=1,
-        trials=1,
-        robots=1,
-        timesteps=protocol.practice.timesteps,
-        allocation="manual",
-        view="tiles",
-        dwell=0,
-        policy_id=UNIFORM_RANDOM,
-        scorer_id="",
-        ends_with_robot=False,
-        starts_key=(Phase.PRACTICE,) if attempt == 1 else (Phase.PRACTICE, attempt),
-        scored=False,
-        goals_needed=protocol.practice.goals,
-        attempt=attempt,
-        attempts=protocol.practice.attempts,
-    )
-
-
-def _phase_one(protocol: Protocol) -> Iterator[StagePlan]:
-    place = Place(Phase.ONE, block=1)
-    yield PagesPlan("phase_one", place)
-    episodes = protocol.phase_one.episodes
-    each = protocol.phase_one.refit == "each_episode"
-    for episode in range(1, episodes + 1):
-        refitted = each and episode > 1
-        yield TrialPlan(
-            place=place,
-            trial=episode,
-            trials=episodes,
-            robots=1,
-            timesteps=1_000_000,
-            allocation="correction",
-            view="tiles",
-            dwell=0,
-            policy_id=PHASE_ONE_POLICY if refitted else UNIFORM_RANDOM,
-            scorer_id="",
-            ends_with_robot=True,
-            starts_key=(Phase.ONE, episode),
-            scored=True,
-        )
-        if each or episode == episodes:
-            yield FitPlan(place, PHASE_ONE_POLICY, "policy", "policy", ((Phase.ONE, ""),))
-
-
-def _phase_two(protocol: Protocol) -> Iterator[StagePlan]:
-    place = Place(Phase.TWO, block=1)
-    settings = protocol.phase_two
-    yield PagesPlan("phase_two", place)
-    for trial in range(1, settings.trials + 1):
-        yield TrialPlan(
-            place=place,
-            trial=trial,
-            trials=settings.trials,
-            robots=settings.robots,
-            timesteps=settings.trial_timesteps,
-            allocation="manual",
-            view="tiles",
-            dwell=0,
-            policy_id=PHASE_ONE_POLICY,
-            scorer_id="",
-            ends_with_robot=False,
-            starts_key=(Phase.TWO, trial),
-            scored=True,
-        )
-    for name in protocol.scorers:
-        yield FitPlan(place, scorer_of(name), "scorer", name, ((Phase.TWO, ""),))
-
-
-def _phase_three_block(protocol: Protocol, condition: Condition, block: int) -> Iterator[StagePlan]:
-    place = Place(Phase.THREE, block=block, condition=condition.name)
-    settings = protocol.phase_three
-    yield PagesPlan("phase_three", place)
-    unpaired = () if settings.paired_starts else (block,)
-    first = TrialPlan(
-        place=place,
-        trial=1,
-        trials=settings.trials,
-        robots=condition.robots,
-        timesteps=settings.trial_timesteps,
-        allocation=condition.allocation,
-        view=condition.view,
-        dwell=condition.dwell,
-        policy_id=PHASE_ONE_POLICY,
-        scorer_id=scorer_of(condition.scorer) if condition.scorer else "",
-        ends_with_robot=False,
-        starts_key=(Phase.THREE, 1, *unpaired),
-        scored=True,
-    )
-    if settings.practice_timesteps:
-        yield dataclasses.replace(
-            first,
-            place=dataclasses.replace(place, phase=Phase.PRACTICE),
-            trials=1,
-            timesteps=settings.practice_timesteps,
-            starts_key=(Phase.PRACTICE, Phase.THREE, block),
-            scored=False,
-        )
-    every = protocol.breaks.every_trials if protocol.breaks else 0
-    for trial in range(1, settings.trials + 1):
-        if every and trial > 1 and (trial - 1) % every == 0:
-            yield BreakPlan(place)
-        yield dataclasses.replace(first, trial=trial, starts_key=(Phase.THREE, trial, *unpaired))
-    before = _surveys(protocol, place, "before_reveal")
-    after = _surveys(protocol, place, "after_reveal")
-    yield from before
-    yield RevealPlan(place, surveys_follow=bool(after))
-    yield from after
-
-
-def _phase_four(protocol: Protocol) -> Iterator[StagePlan]:
-    settings = protocol.phase_four
-    if settings is None:
-        return
-    # The phase-one policy is evaluated too: what a condition's data added is the difference.
-    policies: list[tuple[str, str]] = [("", PHASE_ONE_POLICY)]
-    base = ((Phase.ONE, ""),) if settings.training == "phase_one_and_condition" else ()
-    for block, condition in enumerate(protocol.conditions, start=1):
-        place = Place(Phase.FOUR, block=block + 1, condition=condition.name)
-        artefact = policy_of(condition.name)
-        policies.append((condition.name, artefact))
-        yield FitPlan(place, artefact, "policy", "policy", (*base, (Phase.THREE, condition.name)))
-    for block, (name, artefact) in enumerate(policies, start=1):
-        for trial in range(1, settings.trials + 1):
-            yield TrialPlan(
-                place=Place(Phase.FOUR, block=block, condition=name),
-                trial=trial,
-                trials=settings.trials,
-                robots=settings.robots,
-                timesteps=settings.trial_timesteps,
-                allocation="none",
-                view="tiles",
-                dwell=0,
-                policy_id=artefact,
-                scorer_id="",
-                ends_with_robot=False,
-                starts_key=(Phase.FOUR, trial),
-                scored=True,
-            )

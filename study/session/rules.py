@@ -1,9 +1,12 @@
 """Versions of the session's rules: a recording replays by those that it was made under.
 
 0: before rules had a version. 1: every change of an answer is an event, instruments are scored,
-a pause offers to erase the recording, and a window that is resized or minimised pauses.
+a pause offers to erase the recording, and a window that is resized or minimised pauses. 2: scorers
+are fitted in the background before the last trial of phase two, and the fit goes on from there.
 """
 
 from __future__ import annotations
 
-CURRENT = 1
+WARM_STARTS = 2
+"""From which version on scorers are fitted in the background."""
+CURRENT = 2

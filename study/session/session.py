@@ -22,6 +22,9 @@ from study.events.events import (
     TrialStarted,
 )
 from study.events.inputs import (
+    FitCompleted,
+    FitFailed,
+    FitTimedOut,
     FocusChanged,
     Input,
     KeyChanged,
@@ -43,13 +46,10 @@ from study.seat_settings import ConsentPart
 from study.session.consent import consent_sha256
 from study.session.context import Context, Knowledge, Outbox
 from study.session.effects import Effect, EnsureDurable, EraseRecording, Finish, SetPace, Show
+from study.session.fitting import take_preparation
 from study.session.opening import questionnaires_of, texts_of
-from study.session.plan import (
-    FitPlan,
-    PagesPlan,
-    StagePlan,
-    stage_plans,
-)
+from study.session.plan import FitPlan, PagesPlan, StagePlan
+from study.session.sequence import stage_plans
 from study.session.stage import Stage
 from study.session.stages import make_stage
 
@@ -150,7 +150,7 @@ class Session:
             messages=self._messages or texts_of(protocol.study.language),
             rules=given.rules,
         )
-        self._plans = stage_plans(protocol, given.order)
+        self._plans = stage_plans(protocol, given.order, given.rules)
         out.events.append(
             SessionStarted(given.t_ns, given.participant, given.order, len(self._plans))
         )
@@ -193,6 +193,10 @@ class Session:
             and self._can_pause()
         ):
             self._pause(given.t_ns, "operator", out)
+        elif isinstance(given, FitCompleted | FitFailed | FitTimedOut) and take_preparation(
+            given, context
+        ):
+            pass
         elif self._stage and self._stage.handle(given, out):
             if context.knowledge.stop_reason:
                 self._end_early(given.t_ns, context.knowledge.stop_reason, out)

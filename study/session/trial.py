@@ -22,7 +22,6 @@ from study.session.allocation import (
     AssistedAllocation,
     ManualAllocation,
     SuggestedAllocation,
-    make_allocation,
 )
 from study.session.context import Context, Outbox
 from study.session.controls import Controls
@@ -34,8 +33,10 @@ from study.session.effects import (
     StepFleet,
     StopFleet,
 )
+from study.session.fit_gate import trial_as_run
 from study.session.fleet_run import FleetRun
 from study.session.number_entry import NumberEntry
+from study.session.offers import OfferAllocation, trial_allocation
 from study.session.plan import UNIFORM_RANDOM, TrialPlan
 from study.session.practice import judge_practice
 from study.session.switching import SwitchWatch
@@ -49,10 +50,11 @@ class TrialStage:
     kind = "trial"
 
     def __init__(self, plan: TrialPlan, context: Context) -> None:
+        plan = trial_as_run(plan, context)
         self._plan = plan
         self._context = context
         self._controls = Controls()
-        self._allocation = make_allocation(plan.allocation, plan.robots, plan.dwell)
+        self._allocation = trial_allocation(plan, context.protocol, context.seed)
         self._trial_id = context.knowledge.trial_id()
         self._run: FleetRun | None = None
         self._screens: TrialScreens | None = None
@@ -61,6 +63,7 @@ class TrialStage:
         self._due_ns = 0
         self._sources = np.zeros(plan.robots, dtype=np.int32)
         self._decided = (-1, ChoiceSource.NONE, ChoiceFlag.NO_CHOICE)
+        self._could_be_chosen = np.zeros(plan.robots, dtype=np.bool_)
         known = context.knowledge.artefacts
         # A fit that failed was recorded as a deviation; the trial runs without it.
         self._policy_id = plan.policy_id if plan.policy_id in known else UNIFORM_RANDOM
@@ -144,7 +147,7 @@ class TrialStage:
         timestep = self._timestep + (1 if self._pending else 0)
         to, source = self._allocation.operated, self._allocation.source
         out.events.append(Switched(t_ns, self._trial_id, timestep, before, to, source, cause))
-        if isinstance(self._allocation, AssistedAllocation):
+        if source == ChoiceSource.SCORER or cause == "offer":
             self._watch.switched(t_ns)
             # What the participant holds was meant for the robot before.
             self._controls.robot_switched()
@@ -215,6 +218,11 @@ class TrialStage:
             if cause:
                 self._switched(before, cause, given.t_ns, out)
             self._watch.announce(self._allocation, given.t_ns, self._timestep, out)
+        elif isinstance(self._allocation, OfferAllocation) and self._run:
+            before = self._allocation.operated
+            cause = self._allocation.renew(given.scores, self._run.available)
+            if cause:
+                self._switched(before, cause, given.t_ns, out)
 
     def _timestep_due(self, given: TimestepDue, run: FleetRun, out: Outbox) -> None:
         if self._pending:
@@ -241,6 +249,9 @@ class TrialStage:
             reset=run.restarting,
             seeds=run.seeds(),
         )
+        self._could_be_chosen = run.available
+        if isinstance(self._allocation, OfferAllocation):
+            self._could_be_chosen = self._allocation.can_be_chosen(run.available)
         # The choice of this timestep is made: a key from now on belongs to the next.
         self._decided = (operated, self._allocation.source, self._allocation.flag())
         if isinstance(self._allocation, SuggestedAllocation):
@@ -271,7 +282,7 @@ class TrialStage:
             action_sources=self._sources,
             rewards=given.rewards,
             outcomes=given.outcomes,
-            available=step.active.astype(np.int32),
+            available=self._could_be_chosen.astype(np.int32),
             scores=before.scores,
         )
         out.events.append(row)

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import numpy.typing as npt
 
 from study.events.codes import Phase
 from study.events.inputs import FleetObserved
 from study.events.task_description import TaskDescription
-from study.screens import CountdownScreen, FleetScreen, PageScreen, Screen, Tile, WaitScreen
+from study.screens import (
+    CountdownScreen,
+    FleetScreen,
+    PageScreen,
+    Screen,
+    Tile,
+    View,
+    WaitScreen,
+)
 from study.session.allocation import (
     AnyAllocation,
     AssistedAllocation,
@@ -18,9 +28,12 @@ from study.session.allocation import (
 from study.session.context import Context
 from study.session.cues import Cues
 from study.session.fleet_run import FleetRun
+from study.session.offers import OfferAllocation
 from study.session.page_texts import PARTS, block_heading
 from study.session.plan import TrialPlan
 from study.session.switching import SwitchWatch
+
+_CHOSEN_BY_KEY = ("manual", "suggested", "correction_round")
 
 
 def heading(plan: TrialPlan, context: Context) -> str:
@@ -128,8 +141,7 @@ class TrialScreens:
         self._t_ns = 0
         self._timestep = 0
         self._heading = heading(plan, context)
-        self._keys = _key_legend(plan, context)
-        chosen_by_key = plan.robots > 1 and plan.allocation in ("manual", "suggested")
+        chosen_by_key = plan.robots > 1 and plan.allocation in _CHOSEN_BY_KEY
         keys = context.protocol.keys.robots
         # With more robots than keys, numbers are typed: they stand on the tiles.
         one_each = chosen_by_key and plan.robots <= len(keys)
@@ -178,7 +190,7 @@ class TrialScreens:
         allocation = self._allocation
         operated = allocation.operated
         states = self._run.now.states.tolist()
-        visible = [operated] if plan.view == "operated_only" else range(plan.robots)
+        shown = _what_is_shown(plan, allocation)
         return FleetScreen(
             heading=self._heading,
             trial=plan.trial,
@@ -186,22 +198,20 @@ class TrialScreens:
             seconds_left=max(0.0, (limit - self._timestep) / rate),
             seconds_total=limit / rate,
             scene=self._description.scene,
-            tiles=tuple(self._tile(robot, states[robot]) for robot in visible if robot >= 0),
+            tiles=tuple(self._tile(robot, states[robot]) for robot in shown.robots if robot >= 0),
             robots=plan.robots,
             operated=operated,
-            allocation=plan.allocation,
-            view=plan.view,
+            allocation=shown.allocation,
+            view=shown.view,
             suggested=allocation.suggested if isinstance(allocation, SuggestedAllocation) else -1,
-            dwell_left=allocation.dwell_left()
-            if isinstance(allocation, AssistedAllocation)
-            else -1.0,
+            dwell_left=shown.dwell_left,
             switched_ns=self._switched_ns,
             timestep=self._timestep,
             t_ns=self._t_ns,
             timestep_seconds=1.0 / rate,
-            keys=self._keys,
+            keys=_key_legend(plan.robots, shown.allocation, self._context),
             message=self._message(),
-            robot_keys=self._robot_keys,
+            robot_keys=self._robot_keys if shown.allocation != "assisted" else (),
             unit=unit(plan, self._context),
             accept_key=self._context.protocol.keys.accept,
             switch_seconds_left=self._watch.seconds_left(allocation)
@@ -211,7 +221,10 @@ class TrialScreens:
         )
 
     def _message(self) -> str:
-        if isinstance(self._allocation, ManualAllocation) and self._allocation.operated < 0:
+        allocation = self._allocation
+        if isinstance(allocation, OfferAllocation) and allocation.operated < 0:
+            return self._context.say("Choose one of these robots to drive")
+        if isinstance(allocation, ManualAllocation) and allocation.operated < 0:
             return self._context.say("Choose a robot to drive")
         if self._plan.allocation == "correction":
             return self._context.say("Correct the robot whenever it goes wrong")
@@ -235,14 +248,42 @@ class TrialScreens:
         )
 
 
-def _key_legend(plan: TrialPlan, context: Context) -> tuple[tuple[str, str], ...]:
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Shown:
+    """What of a fleet is on the screen.
+
+    Attributes:
+        allocation, view, dwell_left: see `study.screens.FleetScreen`.
+        robots: indices; -1 is none.
+    """
+
+    allocation: str
+    view: View
+    dwell_left: float
+    robots: tuple[int, ...]
+
+
+def _what_is_shown(plan: TrialPlan, allocation: AnyAllocation) -> _Shown:
+    """Return what is shown now: in a correction round the robot driven, or those offered."""
+    operated = (allocation.operated,)
+    everyone = tuple(range(plan.robots))
+    if isinstance(allocation, OfferAllocation):
+        if allocation.offering:
+            return _Shown("manual", "tiles", -1.0, allocation.offered)
+        return _Shown("assisted", "operated_only", allocation.part_left(), operated)
+    dwell_left = allocation.dwell_left() if isinstance(allocation, AssistedAllocation) else -1.0
+    robots = operated if plan.view == "operated_only" else everyone
+    return _Shown(plan.allocation, plan.view, dwell_left, robots)
+
+
+def _key_legend(robots: int, allocation: str, context: Context) -> tuple[tuple[str, str], ...]:
     """Return (key, word) pairs in the order of the header."""
     keys, say = context.protocol.keys, context.say
     legend = [(f"{keys.left} {keys.up} {keys.down} {keys.right}", say("drive"))]
-    if plan.robots > 1 and plan.allocation == "suggested":
+    if robots > 1 and allocation == "suggested":
         legend.append((keys.accept, say("accept")))
-    if plan.robots > 1 and plan.allocation in ("manual", "suggested"):
-        chosen = keys.robots[: plan.robots]
-        last = chosen[-1] if plan.robots <= len(keys.robots) else str(plan.robots)
+    if robots > 1 and allocation in ("manual", "suggested"):
+        chosen = keys.robots[:robots]
+        last = chosen[-1] if robots <= len(keys.robots) else str(robots)
         legend += [(f"{chosen[0]} … {last}", say("choose")), (keys.next_robot, say("next"))]
     return (*legend, (keys.pause, say("pause")))

@@ -84,7 +84,7 @@ class Conductor:
         self._waits_for_disk = waits_for_disk
         self._on_show = on_show
         self._fleet_request = -1
-        self.fit_pending = False
+        self._fits_pending = 0
         self.screen: Screen | None = None
         self.pace = SetPace(0.0)
         self.pace_changed = False
@@ -142,7 +142,7 @@ class Conductor:
             self._fleet_request = effect.request_id
             self._fleet.request(effect)
         elif isinstance(effect, RequestFit):
-            self.fit_pending = True
+            self._fits_pending += 1
             self._fitter.request(effect)
         elif isinstance(effect, SetPace):
             self.pace, self.pace_changed = effect, True
@@ -170,6 +170,11 @@ class Conductor:
     def fleet_pending(self) -> bool:
         """Whether an answer of the fleet is awaited."""
         return self._fleet_request >= 0
+
+    @property
+    def fit_pending(self) -> bool:
+        """Whether an answer of the fitter is awaited, be it to a fit in the background."""
+        return self._fits_pending > 0
 
     def collect(self, now: Callable[[], int], wait_s: float = 0.0) -> bool:
         """Feed the answers of fleet and fitter that have come.
@@ -201,7 +206,7 @@ class Conductor:
             )
         if self.fit_pending and (answer := self._fitter.poll(wait_s)) is not None:
             came = True
-            self.fit_pending = False
+            self._fits_pending -= 1
             self._take_fit(answer, now())
         return came
 
@@ -213,9 +218,10 @@ class Conductor:
             self.feed(FitFailed(t_ns, request.request_id, answer.reason))
         else:
             # Before the session hears of it: its next effect may already use the fit.
-            self._fleet.add_artefact(
-                request.artefact_id, request.kind, request.algorithm, answer.weights
-            )
+            if not request.background:
+                self._fleet.add_artefact(
+                    request.artefact_id, request.kind, request.algorithm, answer.weights
+                )
             self.feed(
                 FitCompleted(
                     t_ns=t_ns,
@@ -226,5 +232,6 @@ class Conductor:
                     metric_names=tuple(answer.metrics),
                     metric_values=np.array(list(answer.metrics.values()), dtype=np.float64),
                     score_grid=answer.score_grid,
+                    preparation=answer.preparation,
                 )
             )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import time
+from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
@@ -15,6 +16,7 @@ from study.errors import StudyError
 from study.events.task_description import TaskDescription
 from study.families import load_member
 from study.map_grid import score_grid
+from study.policies.base import FitResult
 from study.scorers._threads import use_one_thread, warm_up
 from study.session.effects import RequestFit
 from study.shell.workers import Worker, WorkerFailure
@@ -31,6 +33,7 @@ class FitAnswer:
 
     request: RequestFit
     weights: bytes = b""
+    preparation: bytes = b""
     seconds: float = 0.0
     metrics: dict[str, float] = dataclasses.field(default_factory=dict)
     score_grid: npt.NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
@@ -47,23 +50,41 @@ def fit(request: RequestFit, description: TaskDescription) -> FitAnswer:
             use_one_thread()
         module = load_member(package, request.kind, request.algorithm)
         parameters = module.Parameters.model_validate(json.loads(request.parameters_json))
-        result = module.fit(request.arrays, description, parameters, request.seed)
+        result = _fitted(module, request, description, parameters)
         grid = np.empty(0)
-        if request.kind == "scorer" and not getattr(module, "IS_CONTROL", False):
+        controls = getattr(module, "IS_CONTROL", False)
+        if request.kind == "scorer" and not controls and not request.background:
             grid = score_grid(module.load(result.weights, description), description)
     except (StudyError, ValueError, ArithmeticError, MemoryError) as error:
         return FitAnswer(request, reason=str(error) or type(error).__name__)
     return FitAnswer(
         request,
         weights=result.weights,
+        preparation=result.preparation,
         seconds=time.perf_counter() - began,
         metrics=result.metrics,
         score_grid=grid,
     )
 
 
+def _fitted(
+    module: Any,  # noqa: ANN401 - a member of a family
+    request: RequestFit,
+    description: TaskDescription,
+    parameters: Any,  # noqa: ANN401 - the member's own
+) -> FitResult:
+    """Let a policy or scorer be fitted; one that can goes on from what it is given."""
+    if getattr(module, "WARM_STARTS", False):
+        result: FitResult = module.fit(
+            request.arrays, description, parameters, request.seed, request.start
+        )
+        return result
+    cold: FitResult = module.fit(request.arrays, description, parameters, request.seed)
+    return cold
+
+
 class Fitter(Protocol):
-    """Answers fit requests, one at a time."""
+    """Answers fit requests, one at a time, in their order."""
 
     def request(self, effect: RequestFit) -> None:
         """Ask for a fit."""
@@ -100,16 +121,15 @@ class InlineFitter:
     ) -> None:
         self._description = description
         self._recorded = recorded or {}
-        self._answer: FitAnswer | None = None
+        self._answers: deque[FitAnswer] = deque()
 
     def request(self, effect: RequestFit) -> None:
         """Fit at once."""
-        self._answer = fit(with_weights(effect, self._recorded), self._description)
+        self._answers.append(fit(with_weights(effect, self._recorded), self._description))
 
     def poll(self, seconds: float = 0.0) -> FitAnswer | None:  # noqa: ARG002 - never waits
-        """Return the answer, once."""
-        answer, self._answer = self._answer, None
-        return answer
+        """Return each answer once."""
+        return self._answers.popleft() if self._answers else None
 
     def close(self) -> None:
         """Nothing is held."""
@@ -130,12 +150,19 @@ class ProcessFitter:
         self._recorded = recorded or {}
         self._worker = Worker(serve_fits, description)
         self._pending: RequestFit | None = None
+        self._waiting: deque[RequestFit] = deque()
         self._deadline = 0.0
 
     def request(self, effect: RequestFit) -> None:
-        """Send the request and start its budget."""
-        effect = with_weights(effect, self._recorded)
-        self._pending = effect
+        """Send the request, or keep it until those before it are answered."""
+        self._waiting.append(with_weights(effect, self._recorded))
+        self._send_next()
+
+    def _send_next(self) -> None:
+        """Send the request whose turn it is, and start its budget."""
+        if self._pending is not None or not self._waiting:
+            return
+        effect = self._pending = self._waiting.popleft()
         self._deadline = time.monotonic() + effect.budget_seconds
         try:
             self._worker.send(effect)
@@ -161,6 +188,7 @@ class ProcessFitter:
         if not isinstance(answer, FitAnswer):
             return None
         self._pending = None
+        self._send_next()
         return answer
 
     def _respawn(self) -> None:

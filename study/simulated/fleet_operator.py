@@ -9,11 +9,13 @@ import numpy as np
 from study.events.scene import Scene
 from study.screens import FleetScreen, Tile
 from study.simulated.attention import Glances, Memory
-from study.simulated.driving import CorrectionMonitor, Driver
+from study.simulated.driver_choice import driver_for
+from study.simulated.driving import CorrectionMonitor
 from study.simulated.keys import DrivingHand, KeyStroke, number_keys, tap
 from study.simulated.parameters import OperatorParameters
 from study.simulated.planner import Plan, plan_for
 from study.simulated.ratings import Experience
+from study.simulated.trained_user import TrainedUser
 
 _UNMET_NEED = 0.4
 _PATIENCE_NS = 600_000_000
@@ -26,11 +28,16 @@ class FleetOperator:
         noticed: robots looked at in the latest call of `act`, the operated one included.
     """
 
-    def __init__(self, parameters: OperatorParameters, random: np.random.Generator) -> None:
+    def __init__(
+        self,
+        parameters: OperatorParameters,
+        random: np.random.Generator,
+        user: TrainedUser | None = None,
+    ) -> None:
         self._parameters = parameters
         self._random = random
         self._hand = DrivingHand()
-        self._driver = Driver(parameters, random)
+        self._driver = driver_for(parameters, random, user)
         self._monitor = CorrectionMonitor(parameters)
         self._glances = Glances(parameters, random)
         self._memory = Memory(parameters, 0)
@@ -160,8 +167,11 @@ class FleetOperator:
         """Return the robot to go to, or -1 to stay: a Luce choice on needs."""
         parameters = self._parameters
         robots, needs = [], []
+        shown = {tile.robot for tile in screen.tiles}
         for robot, impression in enumerate(self._memory.impressions):
             if impression is None or impression.unavailable or robot == screen.operated:
+                continue
+            if robot not in shown:
                 continue
             trusted = parameters.suggestion_trust if robot == screen.suggested else 0.0
             robots.append(robot)

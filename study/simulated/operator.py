@@ -21,6 +21,7 @@ from study.simulated.fleet_operator import FleetOperator
 from study.simulated.keys import KeyStroke, tap
 from study.simulated.parameters import OperatorParameters
 from study.simulated.ratings import Experience, Rater
+from study.simulated.trained_user import TrainedUser
 
 _GLIMPSE_S = 1.0
 _HIGHEST_DIGIT = 9
@@ -51,13 +52,19 @@ class SimulatedOperator:
     Args:
         parameters: what makes it differ from others.
         seed: seed of its own random stream.
+        user: the synthetic user, who drives if the parameters say so.
+
+    Raises:
+        ValueError: the parameters name a trained user as driver, and there is none.
     """
 
-    def __init__(self, parameters: OperatorParameters, seed: int) -> None:
+    def __init__(
+        self, parameters: OperatorParameters, seed: int, user: TrainedUser | None = None
+    ) -> None:
         self.parameters = parameters
         random = generator(seed, "simulated_operator")
         self._experience = Experience()
-        self._fleet = FleetOperator(parameters, random)
+        self._fleet = FleetOperator(parameters, random, user)
         self._rater = Rater(parameters, random)
         self._heading = ""
         self._place: tuple[object, ...] = ()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -11,6 +11,7 @@ from study.seeding import generator
 
 Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+Driver = Literal["planner", "trained_user"]
 NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 
 
@@ -24,6 +25,11 @@ class OperatorParameters(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     # Motor knowledge and driving
+    driver: Driver = Field(
+        "planner",
+        description="who drives: a crude person's plan over the map, or the synthetic user trained "
+        "on the task; choosing, noticing and rating are the same.",
+    )
     forward_step_m: Positive = Field(
         0.5, description="m a timestep; learned in practice by watching one's own robot."
     )
@@ -158,7 +164,9 @@ class OperatorParameters(BaseModel):
     )
 
 
-def draw_parameters(study_seed: int, participant_index: int) -> OperatorParameters:
+def draw_parameters(
+    study_seed: int, participant_index: int, driver: Driver = "planner"
+) -> OperatorParameters:
     """Draw one participant of the simulated population.
 
     Times and costs vary log-normally by 15 to 35 %; styles of rating vary normally. What
@@ -167,6 +175,7 @@ def draw_parameters(study_seed: int, participant_index: int) -> OperatorParamete
     Args:
         study_seed: seed of the whole simulated study.
         participant_index: number of the participant, from 0.
+        driver: who drives; nothing else that is drawn depends on it.
 
     Returns:
         The parameters; the same for the same arguments.
@@ -205,4 +214,4 @@ def draw_parameters(study_seed: int, participant_index: int) -> OperatorParamete
     drawn["ease_level"] = round(6.0 + 0.4 * float(random.standard_normal()), 4)
     drawn["response_shift"] = round(0.4 * float(random.standard_normal()), 4)
     glance_tiles = 1 + int(random.choice(3, p=[0.2, 0.6, 0.2]))
-    return OperatorParameters(**drawn, glance_tiles=glance_tiles)
+    return OperatorParameters(**drawn, glance_tiles=glance_tiles, driver=driver)

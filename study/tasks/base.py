@@ -71,3 +71,21 @@ class SnapshotTask(Task, Protocol):
     def restore(self, snapshot: Mapping[str, npt.NDArray[Any]]) -> None:
         """Put back what `snapshot` returned."""
         ...
+
+
+@runtime_checkable
+class PlaceableTask(Task, Protocol):
+    """A task whose running robots can be put into any state: values are measured from there."""
+
+    def place(self, mask: Mask, states: Floats) -> Floats:
+        """Put the robots in ``mask`` [n] that have not ended into ``states`` float32 [n, d].
+
+        Their episode goes on from there: noise and timestep are not touched.
+
+        Returns:
+            States of all robots, float32 [n, d].
+
+        Raises:
+            ValueError: a state is none that a running robot can be in.
+        """
+        ...

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.figures.heat_maps import heading_label, signed
+from analysis.figures.heat_maps import LOW_HEALTH, heading_label, signed
 from analysis.figures.label_places import Box, place_labels
 from analysis.figures.paired_means import paired_means, spread_labels, swarm
 from analysis.figures.palettes import DARK_PRGN, LIGHT_PRGN
@@ -22,6 +22,7 @@ from analysis.figures.svg import Drawing, Scale
 from analysis.formatting import fraction, number, p_value
 from analysis.statistics.cells import Cells
 from study.events.task_description import MapGrid
+from study.session import cues
 
 GRID = MapGrid(
     xs=tuple(np.arange(0.5, 12.0)),
@@ -209,3 +210,8 @@ def test_no_interval_is_drawn_where_every_test_is_refused(people: int, drawn: bo
     cells = Cells(("a", "b", "c")[:people], ("x", "y"), means, np.ones((people, 2), dtype=np.int64))
     page = paired_means("t", cells, ("X", "Y"), ("", ""), measure="M", unit="points").markup()
     assert ("95% CI" in page) == drawn
+
+
+def test_low_health_is_what_participants_see() -> None:
+    """Maps mark the health below which the session shows its cue."""
+    assert LOW_HEALTH == cues.LOW_HEALTH

@@ -17,6 +17,7 @@ from analysis.commands import main as command
 from analysis.recordings import load_recordings
 from analysis.report import render_report
 from analysis.results import StudyResults, compute_results
+from analysis.sections import scorers
 from analysis.statistics.result import EffectResult
 from analysis.tables.study_tables import StudyTables
 from synthetic_study import HOSTILE
@@ -42,6 +43,13 @@ def test_second_run_gives_the_same_bytes(page: str, study_folder: Path, tmp_path
     copy = tmp_path / "elsewhere"
     shutil.copytree(study_folder, copy)
     assert report_of(copy) == page
+
+
+def test_one_map_is_spoken_of_as_one(results: StudyResults) -> None:
+    """With a single participant the sentence on peaks counts no maps."""
+    study = dataclasses.replace(results.study, sessions=results.study.sessions[:1])
+    sentence = scorers.peak_finding(dataclasses.replace(results, study=study))
+    assert sentence.startswith("The landmark nearest to the highest peak of the one map is the ")
 
 
 def test_a_remark_on_several_tests_stands_once(results: StudyResults) -> None:

@@ -69,9 +69,9 @@ def test_likert_rows_match_r(likert: dict[str, LikertRow], key: str) -> None:
     assert partial.interval is not None
     assert partial.interval.low == pytest.approx(expected["pes_ci90"][0], rel=1e-4)
     assert partial.interval.high == pytest.approx(expected["pes_ci90"][1], rel=1e-4)
-    assert isinstance(row.wilcoxon, EffectResult)
-    assert close(row.wilcoxon.p, expected["coin_exact_Wilcoxon"]["p"])
-    assert close(row.wilcoxon.effect("r_rb").value, expected["rank_biserial"])
+    assert isinstance(row.rank_test, EffectResult)
+    assert close(row.rank_test.p, expected["coin_exact_Wilcoxon"]["p"])
+    assert close(row.rank_test.effect("r_rb").value, expected["rank_biserial"])
     assert close(row.holm_p, expected["holm_wilcoxon"])
 
 

@@ -12,10 +12,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import scipy.stats
 
 from analysis.commands.writing import write_tables
 from analysis.data_label import data_label
 from analysis.recordings import StudyRecordings
+from analysis.statistics.by_trial import mean_over_trials
 from analysis.tables import study_tables
 from analysis.tables.columns import Column, Table
 from analysis.tables.study_tables import BUILDERS, StudyTables
@@ -204,6 +206,43 @@ def test_long_tables_are_held_a_session_at_a_time(study: StudyRecordings, name: 
         gc.collect()
         assert sum(reference() is not None for reference in seen) == 1
     assert len(seen) == len(study.sessions)
+
+
+def test_held_out_quality_has_tables_of_its_own(tables: StudyTables) -> None:
+    """Trials, bins and decisions are rows; the measures of fit list none of them."""
+    trials, bins = tables.frame("held_out_trials"), tables.frame("calibration")
+    assert set(trials["trial_id"]) == {12, 13}
+    assert set(zip(bins["bin"], bins["low"], bins["chosen"], strict=True)) == {
+        (2, 0.1, 0.1),
+        (6, 0.5, 0.6),
+    }
+    gates = tables.frame("fit_gates")
+    assert set(gates["decision"]) == {"use"}
+    assert gates["passed"].all()
+    assert not gates["warm"].any()
+    names = set(tables.frame("fit_metrics")["metric"])
+    assert not [name for name in names if "trial_" in name or "bin_" in name]
+
+
+def test_another_scorer_is_another_treatment(study: StudyRecordings) -> None:
+    """A fleet run that a gate gave another scorer did not run as assigned."""
+    session = study.sessions[0]
+    trial = next(t for t in session.trials.values() if t.allocation == "assisted")
+    declared = [{"name": "assisted", "allocation": "assisted", "scorer": "luce"}]
+    own = dataclasses.replace(session, protocol={"conditions": declared})
+    assert treated_condition(own, trial) == "assisted"
+    other = dataclasses.replace(trial, scorer_id="scorer:stuck_longest")
+    assert treated_condition(own, other) == ""
+
+
+def test_an_interval_over_trials_takes_a_trial_for_one_observation() -> None:
+    """With trials of equal length it is the t interval of their means; one trial has none."""
+    means = np.array([0.2, 0.4, 0.6, 0.4])
+    mean, interval = mean_over_trials(means, np.full(4, 50.0))
+    low, high = scipy.stats.t.interval(0.95, 3, loc=0.4, scale=means.std(ddof=1) / 2)
+    assert interval is not None
+    assert (mean, interval.low, interval.high) == pytest.approx((0.4, low, high))
+    assert mean_over_trials(means[:1], np.array([50.0])) == (0.2, None)
 
 
 def test_what_ran_is_told_from_what_was_assigned(tables: StudyTables) -> None:

@@ -12,7 +12,7 @@ import pytest
 from analysis.commands.report import write_report
 from node_packages import install_packages
 from patience import PATIENCE_S
-from synthetic_study import Plan, study_plans, write_session
+from synthetic_study import CROSSED, Plan, study_plans, write_session
 from x11_driver import require_program
 
 TOOLS = Path(__file__).parent
@@ -89,6 +89,16 @@ def test_every_figure_says_what_it_shows(seen: dict[str, Any]) -> None:
     assert len(seen["named"]) > 10
     assert all(len(name) > 10 for name in seen["named"])
     assert len(seen["named"]) == len(set(seen["named"]))
+
+
+def test_crossed_factors_are_accessible_too(tmp_path: Path) -> None:
+    """The report of conditions that cross two factors breaks no rule either, in any view."""
+    for plan in study_plans(4, trials=1, timesteps=4, conditions=CROSSED, phase_four=False):
+        write_session(tmp_path, plan)
+    found = inspect(write_report([tmp_path], tmp_path / "report"))
+    assert found["violations"] == {"light": [], "dark": [], "narrow": []}
+    assert max(found["wide"].values()) <= 0
+    assert any("by allocation and fleet size" in name for name in found["named"])
 
 
 def test_refusals_and_hostile_names_break_nothing(tmp_path: Path) -> None:

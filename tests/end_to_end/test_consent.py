@@ -14,9 +14,12 @@ from pathlib import Path
 from onlooker import Aim, Onlooker
 from patience import PATIENCE_S
 from seated_participant import SIZE, SeatedParticipant
+from study.commands.not_taking_part import COUNTS
+from study.enrolment.register import Register
 from study.events.events import SessionStarted
 from study.events.participant_events import ConsentGiven
 from study.loading import load_protocol
+from study.recording.enrolled import FILE_NAME, TOMBSTONES, tombstones
 from study.recording.reader import read_recording
 from study.screens import PauseScreen
 from x11_driver import Hands, x_server
@@ -61,35 +64,49 @@ def recordings(folder: Path) -> list[Path]:
     return sorted(folder.glob("*.mcap*"))
 
 
+def counts(folder: Path) -> object:
+    """Return what is counted of those who do not take part."""
+    return json.loads((folder / COUNTS).read_text())
+
+
+def check_tombstone(folder: Path) -> None:
+    """Check that pseudonym, time and a count are all that is left of who had all erased."""
+    assert sorted(path.name for path in folder.iterdir()) == [COUNTS, FILE_NAME, TOMBSTONES]
+    assert counts(folder) == {"every_screen": {"declined": 0, "erased": 1}}
+    assert list(tombstones(folder)["every_screen"]) == ["P01"]
+    with Register(folder) as register:
+        (known,) = register.participants()
+    assert (known.state, known.order) == ("withdrawn", ())
+
+
 def test_declining_leaves_a_count_and_nothing_else(tmp_path: Path) -> None:
     """No recording, no name: one more who declined."""
     folder = tmp_path / "recordings"
     with seated(folder) as (hands, study):
-        assert not folder.exists()
+        assert not recordings(folder)
         hands.tap("n")
         hands.tap("Return")
         assert study.wait(PATIENCE_S) == 3
-    (left,) = folder.iterdir()
-    assert json.loads(left.read_text()) == {"every_screen": {"declined": 1, "erased": 0}}
-    assert "P01" not in left.read_text()
+    assert sorted(path.name for path in folder.iterdir()) == [COUNTS, FILE_NAME]
+    assert counts(folder) == {"every_screen": {"declined": 1, "erased": 0}}
+    assert not any(b"P01" in path.read_bytes() for path in folder.iterdir())
 
 
 def test_a_recording_opens_with_consent_and_can_be_erased(tmp_path: Path) -> None:
     """It begins once the text is agreed to; Escape, E and Y remove it and leave a count."""
     folder = tmp_path / "recordings"
     with seated(folder) as (hands, study):
-        assert not folder.exists()
+        assert not recordings(folder)
         # Enter alone confirms nothing: neither answer is preselected.
         hands.tap("Return")
         hands.tap("y")
-        assert not folder.exists()
+        assert not recordings(folder)
         hands.tap("Return")
         until(lambda: bool(recordings(folder)) and consented(recordings(folder)[0]))
         for key in ("Escape", "e", "y"):
             hands.tap(key)
         assert study.wait(PATIENCE_S) == 3
-    (left,) = folder.iterdir()
-    assert json.loads(left.read_text()) == {"every_screen": {"declined": 0, "erased": 1}}
+    check_tombstone(folder)
 
 
 def test_the_mouse_alone_agrees_and_has_all_erased(tmp_path: Path) -> None:
@@ -103,8 +120,7 @@ def test_the_mouse_alone_agrees_and_has_all_erased(tmp_path: Path) -> None:
         for asked in (False, True):
             hands.click(*Aim(SIZE).at(paused(onlooker, asked=asked), "erase"))
         assert study.wait(PATIENCE_S) == 3
-    (left,) = folder.iterdir()
-    assert json.loads(left.read_text()) == {"every_screen": {"declined": 0, "erased": 1}}
+    check_tombstone(folder)
 
 
 def paused(onlooker: Onlooker, *, asked: bool) -> PauseScreen:

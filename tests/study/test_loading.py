@@ -34,7 +34,7 @@ def test_missing_file_lists_the_shipped_ones(given: str) -> None:
     """The message says what could be named instead."""
     with pytest.raises(StudyError) as caught:
         find_protocol(given)
-    assert "pilot, scaled_autonomy, smoke" in str(caught.value)
+    assert "pilot, scaled_autonomy, simulation, smoke" in str(caught.value)
 
 
 def test_text_and_hash_are_the_file_s_bytes(tmp_path: Path) -> None:

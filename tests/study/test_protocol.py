@@ -10,7 +10,8 @@ from protocols import variant
 from study.errors import ProtocolError
 from study.loading import load_protocol
 from study.protocol import parse_protocol
-from study.session.plan import TrialPlan, stage_plans
+from study.session.plan import TrialPlan
+from study.session.sequence import stage_plans
 
 ROBOT_KEYS = 'robots = ["1", "2", "3", "4", "5", "6", "7", "8", "9", "0", "-", "="]'
 THIRD = '[[conditions]]\nname = "third"\nlabel = "Third"\nallocation = "manual"\nview = "tiles"\n'

@@ -38,6 +38,15 @@ def test_answers_lie_on_the_scale(value: int) -> None:
     assert paper().accepts(value) == (1 <= value <= 7)
 
 
+def test_a_questionnaire_without_items_is_refused() -> None:
+    """One message that names what is missing; an empty list of items is none either."""
+    head = TEXT[: TEXT.index("[[items]]")]
+    for text in (head, f"items = []\n{head}"):
+        with pytest.raises(ProtocolError, match="items") as caught:
+            parse_questionnaire(text, "q.toml")
+        assert len(caught.value.problems) == 1
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [

@@ -56,7 +56,7 @@ class _OpenTrial:
         self.rows += 1
         self._check_sources(row)
         for robot in range(row.robots):
-            if not row.available[robot]:
+            if row.action_sources[robot] == ActionSource.INACTIVE:
                 assert row.actions[robot] == self.idle
                 continue
             self.rewards.append(float(row.rewards[robot]))
@@ -66,7 +66,12 @@ class _OpenTrial:
 
     def _check_sources(self, row: Timestep) -> None:
         inactive = row.action_sources == ActionSource.INACTIVE
-        assert (inactive == (row.available == 0)).all()
+        offers = self.started.allocation == "correction_round"
+        if offers and row.choice_source == ChoiceSource.OPERATOR:
+            # Who is not offered drives on, and cannot be chosen.
+            assert not row.available[inactive].any()
+        else:
+            assert (inactive == (row.available == 0)).all()
         mine = np.isin(row.action_sources, [ActionSource.OPERATOR, ActionSource.OPERATOR_IDLE])
         assert set(np.flatnonzero(mine)) <= {row.operated}
         if row.operated >= 0 and row.action_sources[row.operated] == ActionSource.OPERATOR:
@@ -74,7 +79,10 @@ class _OpenTrial:
         expected = {"manual": ChoiceSource.OPERATOR, "assisted": ChoiceSource.SCORER}
         source = expected.get(self.started.allocation, ChoiceSource.NONE)
         one = self.started.robots == 1
-        assert row.choice_source == (ChoiceSource.NONE if one else source)
+        if offers:
+            assert row.choice_source in (ChoiceSource.OPERATOR, ChoiceSource.SCORER)
+        else:
+            assert row.choice_source == (ChoiceSource.NONE if one else source)
         if self.started.allocation == "manual" and not one:
             assert (row.operated < 0) == (row.choice_flag == ChoiceFlag.BEFORE_FIRST_SELECTION)
         if self.started.allocation == "none":
@@ -127,7 +135,8 @@ def check_books(events: Sequence[Event], idle: int, *, lawful: bool = True) -> N
             assert event.trial_id == open_trial.started.trial_id
             if isinstance(event, Switched):
                 assert event.from_robot != event.to_robot
-                assert 0 <= event.to_robot < open_trial.started.robots
+                lowest = -1 if event.cause == "offer" else 0
+                assert lowest <= event.to_robot < open_trial.started.robots
             elif lawful and isinstance(event, Timestep):
                 open_trial.row(event)
             elif lawful and isinstance(event, EpisodeEnded):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections import deque
 from collections.abc import Callable
 from typing import Any
 
@@ -59,6 +60,7 @@ class Moods:
         odd_chance: chance that an answer holds NaN and infinities.
         lawful: whether robots that were not stepped keep their outcome.
         fits: kinds of answers to fits, taken in turn.
+        measures: measures of fit that completed fits come with.
     """
 
     end_chance: float = 0.05
@@ -66,6 +68,7 @@ class Moods:
     odd_chance: float = 0.0
     lawful: bool = True
     fits: tuple[str, ...] = ("completed",)
+    measures: dict[str, float] = dataclasses.field(default_factory=dict)
 
 
 class FakeShell:
@@ -87,7 +90,7 @@ class FakeShell:
         self.effects: list[Effect] = []
         self.log: list[tuple[str, bytes]] = []
         self.fleet: StartFleet | StepFleet | None = None
-        self.fit: RequestFit | None = None
+        self.fits: deque[RequestFit] = deque()
         self.pace = 0.0
         self.screen: Screen | None = None
         self.finished = False
@@ -115,7 +118,7 @@ class FakeShell:
         if isinstance(effect, StartFleet | StepFleet):
             self.fleet = effect
         elif isinstance(effect, RequestFit):
-            self.fit = effect
+            self.fits.append(effect)
         elif isinstance(effect, SetPace):
             self.pace = effect.timesteps_per_second
         elif isinstance(effect, Show):
@@ -214,9 +217,8 @@ class FakeShell:
         )
 
     def answer_fit(self, kind: str = "") -> tuple[Event, ...]:
-        """Answer a fit: "completed", "failed" or "timed out"; in turn if not said."""
-        request, self.fit = self.fit, None
-        assert request is not None
+        """Answer the oldest fit: "completed", "failed" or "timed out"; in turn if not said."""
+        request = self.fits.popleft()
         kind = kind or self.moods.fits[self._fits_answered % len(self.moods.fits)]
         self._fits_answered += 1
         t_ns = self.later()
@@ -231,13 +233,21 @@ class FakeShell:
                 artefact_id=request.artefact_id,
                 weights=self._random.bytes(16),
                 seconds=0.5,
-                metric_names=("rows", "loss"),
-                metric_values=np.array([len(request.arrays["states"]), np.nan]),
+                metric_names=("rows", "loss", *self.moods.measures),
+                metric_values=np.array(
+                    [len(request.arrays["states"]), np.nan, *self.moods.measures.values()]
+                ),
                 score_grid=np.arange(6.0).reshape(1, 1, 2, 3)
                 if request.kind == "scorer"
                 else np.empty(0),
+                preparation=self._random.bytes(8) if request.kind == "scorer" else b"",
             )
         )
+
+    @property
+    def fit(self) -> RequestFit | None:
+        """Return the fit to be answered next; None if there is none."""
+        return self.fits[0] if self.fits else None
 
     # Getting on
 

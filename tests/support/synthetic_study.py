@@ -14,7 +14,9 @@ from patience import PATIENCE_S
 from study.events import events as ev
 from study.events.codes import ActionSource, ChoiceFlag, ChoiceSource, Outcome, Phase
 from study.events.fields import Record
+from study.events.fit_events import FitGateJudged
 from study.events.inputs import FitCompleted, SessionOpened
+from study.events.participant_events import InstrumentScored
 from study.events.shell import FrameIntervals
 from study.events.task_description import TaskDescription
 from study.recording.client import Recorder
@@ -30,14 +32,7 @@ planned_participants = {planned}
 timesteps_per_second = 8
 [phase_three]
 trials = {trials}
-[[conditions]]
-name = "manual"
-label = "Manual"
-allocation = "manual"
-[[conditions]]
-name = "assisted"
-label = "Assisted"
-allocation = "assisted"
+{conditions}
 [[questionnaires]]
 name = "ease_and_success"
 when = ["before_reveal", "after_reveal"]
@@ -60,8 +55,24 @@ QUESTIONNAIRES = {
             {"id": "q1", "text": "It was easy to guide the robots to their goals"},
             {"id": "q2", "text": "I was successful at guiding the robots"},
         ],
-    }
+    },
+    "workload": {
+        "version": 2,
+        "title": "Workload",
+        "low": 1,
+        "high": 5,
+        "items": [
+            {"id": "mental", "text": "It was demanding"},
+            {"id": "hurried", "text": "It was hurried"},
+            {"id": "relaxed", "text": "It was relaxed"},
+        ],
+        "scales": [{"name": "load", "method": "percent", "reverse": ["relaxed"]}],
+    },
 }
+
+CROSSED = ("manual_4", "manual_12", "assisted_4", "assisted_12")
+"""Conditions that cross allocation with fleet size."""
+THREE = ("manual", "suggested", "assisted")
 
 HOSTILE = "<script>alert(1)</script>"
 """An id that tries to be markup."""
@@ -84,6 +95,18 @@ class Plan:
     title: str = "Assisted choice in a fleet of twelve robots"
     planned: int = 12
     phase_four: bool = True
+    conditions: tuple[str, ...] = ("manual", "assisted")
+    """Allocation, and the fleet size after an underscore; 12 without one."""
+    scored: bool = True
+    """Whether the session records scores, as sessions do since rules 1."""
+
+
+def declared(condition: str) -> str:
+    """Return a condition's table in a protocol."""
+    allocation, _, robots = condition.partition("_")
+    label = allocation.capitalize() + (f", {robots} robots" if robots else "")
+    lines = ["[[conditions]]", f'name = "{condition}"', f'label = "{label}"']
+    return "\n".join([*lines, f'allocation = "{allocation}"', f"robots = {robots or 12}"])
 
 
 class Session:
@@ -97,8 +120,9 @@ class Session:
         self.now = 0
         self.trial_id = 0
         self.request_id = 0
-        order = ("manual", "assisted") if plan.index % 2 == 0 else ("assisted", "manual")
-        self.order = order
+        turn = plan.index // 2 % (len(plan.conditions) // 2 + len(plan.conditions) % 2)
+        turned = (*plan.conditions[2 * turn :], *plan.conditions[: 2 * turn])
+        self.order = turned if plan.index % 2 == 0 else turned[::-1]
         self.skill = float(self.generator.normal(45.0, 10.0))
         self.benefit = float(self.generator.normal(plan.effect, 5.0))
 
@@ -110,7 +134,10 @@ class Session:
     def open(self) -> None:
         """Write the first input and event."""
         plan = self.plan
-        protocol = PROTOCOL.format(title=plan.title, planned=plan.planned, trials=plan.trials)
+        conditions = "\n".join(declared(name) for name in plan.conditions)
+        protocol = PROTOCOL.format(
+            title=plan.title, planned=plan.planned, trials=plan.trials, conditions=conditions
+        )
         simulated = plan.operator_kind == "simulated"
         parameters = {"attention_tiles": 3, "lapse_rate": 0.02 + 0.001 * plan.index}
         self.add(
@@ -149,13 +176,21 @@ class Session:
             names = ("choices", "held_out_top1", "held_out_log_likelihood_per_choice", "top1")
             top = 0.3 + 0.4 * float(self.generator.random())
             values = np.array([float(rows), top, -1.1, top + 0.05])
+            held_out = _held_out(top)
+            names += tuple(held_out)
+            values = np.append(values, list(held_out.values()))
             grid = self.grid().ravel()
         self.add(ev.FitRequested(self.now, request, artefact, kind, algorithm, rows, digest))
         seconds = 0.5 + float(self.generator.random())
         self.add(
-            FitCompleted(self.now, request, artefact, b"weights", seconds, names, values, grid)
+            FitCompleted(self.now, request, artefact, b"weights", seconds, names, values, grid, b"")
         )
         self.add(ev.FitApplied(self.now, request, artefact, kind, digest, names, values, grid))
+        if kind == "scorer":
+            measured = (0.2, 0.1, 0.05, 0.0, 0.0, 1.0)
+            self.add(
+                FitGateJudged(self.now, request, artefact, 1, 1, True, "use", "", *measured, "")
+            )
 
     def grid(self) -> np.ndarray:
         """Return scores over the map grid: hills at two places of the map."""
@@ -182,7 +217,7 @@ class Session:
         allocation = {
             Phase.ONE: "correction",
             Phase.TWO: "manual",
-            Phase.THREE: condition,
+            Phase.THREE: condition.partition("_")[0],
             Phase.FOUR: "none",
         }[phase]
         starts = np.random.default_rng([int(phase), number, plan.index]).uniform(
@@ -207,7 +242,9 @@ class Session:
                 states=starts.astype(np.float32),
             )
         )
-        target = self.skill + (self.benefit if condition == "assisted" else 0.0) + 0.5 * number
+        helped = condition.startswith("assisted")
+        target = self.skill + (self.benefit if helped else 0.0) + 0.5 * number
+        target += 6.0 if condition.endswith("_4") else 0.0
         target += float(generator.normal(0, 8.0)) - (15 if phase == Phase.FOUR else 0)
         rewards = np.full((plan.timesteps, robots), target / (plan.timesteps * robots))
         operates = phase != Phase.FOUR
@@ -257,7 +294,7 @@ class Session:
 
     def survey(self, block: int, condition: str, occasion: str) -> None:
         """Answer both items."""
-        lift = 1.6 if condition == "assisted" else 0.0
+        lift = 1.6 if condition.startswith("assisted") else 0.0
         for item in ("q1", "q2"):
             shift = lift if occasion == "before_reveal" or item == "q1" else 0.3
             value = int(np.clip(round(float(self.generator.normal(2.8 + shift, 1.3))), 1, 7))
@@ -276,6 +313,21 @@ class Session:
                 )
             )
 
+    def workload(self, block: int, condition: str) -> None:
+        """Answer the scored instrument, and record its score as a session does."""
+        own = np.random.default_rng([77, self.plan.index, block])
+        burden = float(own.normal(3.4 if condition.startswith("manual") else 2.6, 1.0))
+        place = (int(Phase.THREE), block, condition, "before_reveal")
+        total = 0
+        for item in ("mental", "hurried", "relaxed"):
+            felt = int(np.clip(round(burden + float(own.normal(0, 0.6))), 1, 5))
+            total += felt
+            value = 6 - felt if item == "relaxed" else felt
+            self.add(ev.QuestionAnswered(self.now, "workload", item, value, *place, 2 * SECOND, 0))
+        score = 100 * (total - 3) / 12
+        if self.plan.scored:
+            self.add(InstrumentScored(self.now, "workload", 2, "load", score, *place))
+
     def run(self) -> list[Record]:
         """Return every record of the session, in order."""
         plan = self.plan
@@ -288,9 +340,11 @@ class Session:
         self.fit("scorer", "scorer:luce", 70 + plan.index)
         for block, condition in enumerate(self.order, start=1):
             for number in range(1, plan.trials + 1):
-                self.trial(Phase.THREE, block, condition, number, 12)
+                robots = int(condition.partition("_")[2] or 12)
+                self.trial(Phase.THREE, block, condition, number, robots)
             if plan.stop_after is None:
                 self.survey(block, condition, "before_reveal")
+                self.workload(block, condition)
                 self.add(
                     ev.RewardRevealed(self.now, int(Phase.THREE), block, condition, 8 * self.skill)
                 )
@@ -342,3 +396,23 @@ def tear(path: Path, share: float = 0.8) -> None:
     """Cut the end of a recording off, as a crash would."""
     content = path.read_bytes()
     path.write_bytes(content[: int(len(content) * share)])
+
+
+def _held_out(top: float) -> dict[str, float]:
+    """Return measures of two held-out trials and two bins of predicted probability."""
+    found: dict[str, float] = {}
+    for trial, by in ((12, -0.1), (13, 0.1)):
+        found |= {
+            f"held_out_trial_{trial}_choices": 20.0,
+            f"held_out_trial_{trial}_log_likelihood_per_choice": -1.1 + by,
+            f"held_out_trial_{trial}_chance_log_likelihood": -1.4,
+            f"held_out_trial_{trial}_top1": top + by,
+            f"held_out_trial_{trial}_chance_top1": 0.25,
+        }
+    for number, chosen in ((2, 0.1), (6, 0.6)):
+        found |= {
+            f"held_out_calibration_bin_{number}_robots": 40.0,
+            f"held_out_calibration_bin_{number}_predicted": number / 10 - 0.05,
+            f"held_out_calibration_bin_{number}_chosen": chosen,
+        }
+    return found

@@ -180,10 +180,15 @@ def mixed_model(
         note=" ".join(part for part in (note, SINGULAR_NOTE if fit.singular else "") if part),
         rows_excluded=dropped,
     )
+    try:
+        tests = tuple(_term_test(base, design, term, small) for term in design.terms)
+        others = tuple(_term_test(base, design, term, large) for term in design.terms)
+    except NotEstimableError as problem:
+        return Refusal(name, str(problem), formula=formula)
     return MixedModel(
         formula=parsed.text,
-        tests=tuple(_term_test(base, design, term, small) for term in design.terms),
-        satterthwaite=tuple(_term_test(base, design, term, large) for term in design.terms),
+        tests=tests,
+        satterthwaite=others,
         contrasts=_pairwise(base, design, small),
         coefficients=_coefficients(design, small),
         coefficients_satterthwaite=_coefficients(design, large),
@@ -232,6 +237,11 @@ def _term_test(
 ) -> EffectResult:
     contrasts = type_three(design, term)
     tested = _test(parts, contrasts)
+    if not (math.isfinite(tested.f) and tested.df2 > 0):
+        raise NotEstimableError(
+            f"The rows are too few to tell the error of {':'.join(term)}: no degrees of freedom "
+            "are left for it."
+        )
     first = isinstance(parts, kr.KenwardRoger)
     result = dataclasses.replace(
         base,

@@ -52,6 +52,10 @@ def layout(canvas: Canvas, screen: FleetScreen) -> Layout:
     elif enlarged:
         large, places = place_enlarged(area, screen.scene, screen.robots, canvas.scale)
         places = [places[tile.robot] for tile in screen.tiles]
+    elif len(screen.tiles) < screen.robots:
+        # A few of the fleet are offered: as large as there is room.
+        places = place_tiles(area, screen.scene, max(1, len(screen.tiles)), canvas.scale)
+        places = places[: len(screen.tiles)]
     else:
         places = place_tiles(area, screen.scene, screen.robots, canvas.scale)
         places = [places[tile.robot] for tile in screen.tiles]

@@ -10,10 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocols import variant
-from study.commands.composing import check_participant, orders_used, session_opened, start_recorder
+from study.commands.composing import session_opened, start_recorder
+from study.commands.enrolling import assign
 from study.commands.run import parse_size
-from study.commands.running import assign
 from study.commands.simulating import default_seed, simulated_assignments
+from study.enrolment.importing import bring_in_step
+from study.enrolment.pseudonyms import check_participant
+from study.enrolment.register import Register
 from study.errors import StudyError
 from study.loading import LoadedProtocol, load_protocol
 
@@ -81,8 +84,11 @@ def test_other_studies_and_broken_files_do_not_count(tmp_path: Path) -> None:
     record_start(load_protocol("pilot"), folder, "P01")
     (folder / "torn.mcap").write_bytes(b"torn")
     loaded = load_protocol("smoke")
-    assert orders_used(folder, "smoke") == {}
-    assert orders_used(folder, "pilot") == {"P01": ("manual", "assisted")}
+    with Register(folder) as register:
+        bring_in_step(register)
+        assert register.participants("smoke") == []
+        (known,) = register.participants("pilot")
+    assert (known.pseudonym, known.order) == ("P01", ("manual", "assisted"))
     assert assign(loaded, "P01", folder).order == ("manual", "assisted")
 
 

@@ -14,7 +14,7 @@ import pytest
 from patience import PATIENCE_S
 from protocols import ROOT, variant
 from study.commands.composing import session_opened, start_recorder
-from study.commands.running import assign
+from study.commands.enrolling import assign
 from study.loading import load_protocol
 from study.recording.reader import read_recording
 
@@ -97,6 +97,8 @@ def test_simulated_recording_is_complete(recording: Path) -> None:
     read = read_recording(recording)
     assert read.complete
     assert recording.name.startswith("smoke_S01_")
+    # Simulated participants are not enrolled.
+    assert list(recording.parent.iterdir()) == [recording]
 
 
 def test_replay_verifies(recording: Path) -> None:
@@ -180,7 +182,7 @@ def test_replay_without_a_check_says_what_to_ask(recording: Path) -> None:
         (["run", "smoke", "-p", "../P01"], "participant id"),
         (["run", "smoke", "-p", "P01", "--seed", "99999999999999999999"], "--seed"),
         (["run", "smoke", "-p", "P01", "--order", "manual"], "manual"),
-        (["run", "smoke"], "--participant"),
+        (["run", "smoke", "--resume"], "broke off"),
         (["validate"], "protocol"),
         (["fly"], "fly"),
     ],

@@ -23,8 +23,8 @@ from cut_sessions import resume, study_loaded, whole_session, write_part
 from patience import PATIENCE_S
 from protocols import variant
 from study.commands.composing import start_failover_recorder
+from study.commands.enrolling import assign
 from study.commands.resuming import End, find_boundary, last_session
-from study.commands.running import assign
 from study.errors import RecordingError, StudyError
 from study.events.events import (
     Deviation,
@@ -162,14 +162,14 @@ def cut_boundary(records: list[RawRecord], cut: int) -> int:
 def test_every_kind_of_stage_can_break_off(
     tmp_path: Path, undisturbed: SessionRecording, records: list[RawRecord]
 ) -> None:
-    """Pages, trials, fits, surveys, reveals and the last screen are begun anew."""
+    """Every kind of stage, preparations and the last screen among them, is begun anew."""
     kinds: dict[tuple[str, bool], int] = {}
     for number, raw in enumerate(records):
         if raw.topic == "event/stage_entered":
             entered: Any = decode(raw.topic, raw.data)
             kinds.setdefault((entered.kind, entered.phase == 4), number + 2)
     kinds["thanks", True] = len(records) - 2
-    assert len(kinds) == 9
+    assert len(kinds) == 10
     for index, cut in enumerate(kinds.values()):
         folder = tmp_path / str(index)
         path, _ = cut_and_resume(folder, records, cut)

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 from patience import PATIENCE_S
+from study.enrolment.register import Register
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -38,4 +39,8 @@ def test_no_display_is_one_message_and_leaves_nothing(tmp_path: Path) -> None:
     assert done.returncode == 2
     assert "no window can be opened" in done.stderr
     assert "Traceback" not in done.stderr
-    assert not list(folder.iterdir())
+    # The reservation is given back.
+    (left,) = folder.iterdir()
+    assert left.name == "participants.sqlite"
+    with Register(folder) as register:
+        assert register.participants() == []

@@ -157,7 +157,8 @@ def test_any_cuts_replay_across_parts(
         number = end.sequence + 1
         first = end.resumed(boundary.after_sequence, end.t_ns + 1, end.log_time_ns)
         shell.session, beginning = boundary.session, restore(session).session
-        shell.inputs, shell.fleet, shell.fit, shell.pace = [], None, None, 0.0
+        shell.inputs, shell.fleet, shell.pace = [], None, 0.0
+        shell.fits.clear()
         shell.finished, shell.t_ns = False, first.t_ns
         shell.feed(first)
     shell.go_on_until(lambda: shell.finished)

@@ -191,6 +191,7 @@ def test_a_slow_writer_loses_nothing(tmp_path: Path) -> None:
         metric_names=(),
         metric_values=np.zeros(0),
         score_grid=np.zeros(0),
+        preparation=b"",
     )
     for _ in range(31):
         recorder.write(fit, 1)

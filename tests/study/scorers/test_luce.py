@@ -115,8 +115,9 @@ def test_scores_equal_torch() -> None:
 def test_the_fit_learns_and_its_measures_say_so() -> None:
     """On unseen trials a fit to 800 choices explains more than chance and than a line."""
     arrays = _choices(800, 4, 7)
-    network = luce.fit(arrays, DESCRIPTION, {}, 0).metrics
-    linear = luce.fit(arrays, DESCRIPTION, {"hidden": ()}, 0).metrics
+    everything = {"held_out_parts": 5}
+    network = luce.fit(arrays, DESCRIPTION, everything, 0).metrics
+    linear = luce.fit(arrays, DESCRIPTION, {"hidden": (), **everything}, 0).metrics
     chance = network["held_out_chance_log_likelihood"]
     assert network["held_out_log_likelihood_per_choice"] > chance + 0.2
     assert (
@@ -124,7 +125,8 @@ def test_the_fit_learns_and_its_measures_say_so() -> None:
     )
     assert network["held_out_top1"] > 0.5
     assert network["choices"] == 800
-    assert network["held_out_choices"] == 200
+    assert network["held_out_choices"] == 800
+    assert luce.fit(arrays, DESCRIPTION, {"epochs": 1}, 0).metrics["held_out_choices"] == 200
 
 
 def test_few_trials_hold_nothing_out() -> None:

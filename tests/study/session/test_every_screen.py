@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 
 import pytest
@@ -30,6 +31,8 @@ from study.events.participant_events import (
     TextAnswered,
 )
 from study.loading import LoadedProtocol, load_protocol
+from study.questionnaire import LONGEST_TEXT
+from study.recording.wire import decode, encode
 from study.screens import (
     BreakScreen,
     CountdownScreen,
@@ -256,6 +259,44 @@ def test_words_are_typed_changed_and_recorded(every_screen: LoadedProtocol) -> N
     shell.key("return")
     (answer,) = [event for event in shell.events if isinstance(event, TextAnswered)]
     assert answer.text == "quiet Ä"
+
+
+@pytest.mark.parametrize(
+    ("typed", "recorded"),
+    [
+        ("fine \U0001f642\U0001f469\u200d\U0001f680", "fine \U0001f642\U0001f469\U0001f680"),
+        (
+            "\u05e9\u05dc\u05d5\u05dd \u0645\u0631\u062d\u0628\u0627",
+            "\u05e9\u05dc\u05d5\u05dd \u0645\u0631\u062d\u0628\u0627",
+        ),
+        ("<b>=1+1</b>", "<b>=1+1</b>"),
+        ("x" * 10_000, "x" * LONGEST_TEXT),
+    ],
+    ids=["emoji", "right to left", "markup and formula", "10,000 characters"],
+)
+def test_whatever_is_typed_is_recorded(
+    every_screen: LoadedProtocol, typed: str, recorded: str
+) -> None:
+    """As it was typed but for unprintable signs, up to the length that there is room for."""
+    shell = FakeShell(opened(every_screen, order=ORDER))
+    at(shell, SurveyScreen, "In your own words")
+    shell.feed(TextTyped(shell.later(1_000_000), typed))
+    shell.key("return")
+    (answer,) = [event for event in shell.events if isinstance(event, TextAnswered)]
+    assert answer.text == recorded
+    assert encode(decode(TextAnswered.topic, encode(answer))) == encode(answer)
+
+
+def test_failing_the_practice_can_end_the_session(every_screen: LoadedProtocol) -> None:
+    """Where the protocol says so, the session ends after the last attempt, with the reason."""
+    parts = every_screen.text.partition("[practice]")
+    practice = parts[2].replace('on_failure = "go_on"', 'on_failure = "end"', 1)
+    first = opened(every_screen, order=ORDER)
+    text = "".join((*parts[:2], practice))
+    shell = FakeShell(dataclasses.replace(first, protocol_toml=text), moods=NEVER_ENDING)
+    shell.go_on_until(lambda: shell.finished)
+    (end,) = [event for event in shell.events if isinstance(event, SessionEnded)]
+    assert (end.complete, end.reason) == (False, "the practice was not passed")
 
 
 def test_scores_are_recorded_with_the_instrument_s_version(every_screen: LoadedProtocol) -> None:

@@ -18,12 +18,13 @@ from study.session.plan import (
     UNIFORM_RANDOM,
     FitPlan,
     PagesPlan,
+    PreparationPlan,
     RevealPlan,
     StagePlan,
     SurveyPlan,
     TrialPlan,
-    stage_plans,
 )
+from study.session.sequence import stage_plans
 
 ORDERS = [("manual", "assisted"), ("assisted", "manual")]
 
@@ -170,7 +171,8 @@ def test_starts_are_distinct_but_for_pairs() -> None:
 def test_every_shipped_protocol_passes_every_kind_of_stage(name: str) -> None:
     """All four phases, pages, fits, surveys and reveals occur, and thanks stand last."""
     plans = stage_plans(load_protocol(name).protocol, ORDERS[1])
-    assert {type(plan) for plan in plans} == {PagesPlan, TrialPlan, FitPlan, SurveyPlan, RevealPlan}
+    kinds = {PagesPlan, TrialPlan, PreparationPlan, FitPlan, SurveyPlan, RevealPlan}
+    assert {type(plan) for plan in plans} == kinds
     assert {plan.place.phase for plan in plans if isinstance(plan, TrialPlan)} == set(Phase)
     assert isinstance(plans[-1], PagesPlan)
     assert plans[-1].name == "thanks"

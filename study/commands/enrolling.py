@@ -1,0 +1,251 @@
+"""A session's place in the register: reserved before it, and written back after it."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from types import TracebackType
+from typing import Literal
+
+from rich.markup import escape
+
+from study.commands.composing import Assignment, seed_from
+from study.commands.resuming import Boundary
+from study.commands.terminal import errors
+from study.enrolment.importing import NOT_UNDERSTOOD, bring_in_step
+from study.enrolment.participants import HOLDING, Participant
+from study.enrolment.pseudonyms import check_participant, looks_like_a_name
+from study.enrolment.register import Register
+from study.enrolment.withdrawing import leave_tombstone
+from study.errors import StudyError
+from study.loading import LoadedProtocol
+from study.orders import possible_orders
+
+
+def assign(
+    loaded: LoadedProtocol,
+    participant: str,
+    folder: Path,
+    *,
+    order: str = "",
+    seed: int | None = None,
+    again: bool = False,
+    pilot: bool = False,
+) -> Assignment:
+    """Reserve a slot for a person, and with it decide order and seed of the session.
+
+    Args:
+        loaded: the protocol.
+        participant: pseudonymous id; empty to draw one.
+        folder: where this study's recordings and the register are.
+        order: conditions separated by commas, to overrule.
+        seed: to overrule the one derived from participant and protocol.
+        again: whether a participant who has a recording may take part again.
+        pilot: whether the session is none of the study's own.
+
+    Raises:
+        StudyError: the id cannot be used, has a recording, or the order is none; or the register
+            cannot be used.
+    """
+    if participant:
+        participant = check_participant(participant)
+    conditions = [condition.name for condition in loaded.protocol.conditions]
+    chosen = _order(order, conditions)
+    with Register(folder) as register:
+        bring_in_step(register)
+        reserved = register.reserve(
+            loaded.protocol.study.name,
+            possible_orders(conditions, loaded.protocol.phase_three.order),
+            pseudonym=participant,
+            order=chosen,
+            pilot=pilot,
+            again=again,
+        )
+    return Assignment(
+        participant=reserved.pseudonym,
+        seed=seed if seed is not None else seed_from(f"{loaded.sha256} {reserved.pseudonym}"),
+        order=reserved.order,
+        planned_index=-1 if reserved.pilot else reserved.slot - 1,
+        operator_kind="person",
+        pilot=reserved.pilot,
+    )
+
+
+def _order(given: str, conditions: list[str]) -> tuple[str, ...]:
+    chosen = tuple(part.strip() for part in given.split(",") if part.strip())
+    if chosen and (set(chosen) != set(conditions) or len(chosen) != len(conditions)):
+        raise StudyError(
+            f'"{given}" is no order of these conditions',
+            f"Name each condition once: {','.join(sorted(conditions))}.",
+        )
+    return chosen
+
+
+def who_broke_off(loaded: LoadedProtocol, folder: Path) -> str:
+    """Return the one participant whose session can be resumed.
+
+    Raises:
+        StudyError: there is none, or several.
+    """
+    with Register(folder) as register:
+        bring_in_step(register)
+        known = register.participants(loaded.protocol.study.name)
+    broken = [each for each in known if each.interrupted] or [
+        each for each in known if each.state == "dropped"
+    ]
+    if len(broken) != 1:
+        names = ", ".join(each.pseudonym for each in broken[:20]) or "none"
+        raise StudyError(
+            f"--resume without --participant takes the one session that broke off; there: {names}",
+            "Say whose with --participant.",
+        )
+    return broken[0].pseudonym
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Finished:
+    """What a session in a window came to.
+
+    Attributes:
+        paths: the recording, one file a part; none if there is none.
+        outcome: "declined" if consent was not given, "erased" if the participant had all erased.
+        reason: in words, of an early end.
+    """
+
+    paths: tuple[Path, ...]
+    outcome: Literal["complete", "ended_early", "declined", "erased"]
+    reason: str = ""
+
+
+class Enrolled:
+    """A participant's lease while this process conducts the session.
+
+    A context manager: where the session ends by an error, the participant is interrupted, or,
+    if nothing was recorded, the slot is free again.
+    """
+
+    def __init__(self, loaded: LoadedProtocol, participant: str, folder: Path) -> None:
+        self._study = loaded.protocol.study.name
+        self._participant = participant
+        self._folder = folder
+        self._written_back = False
+
+    def __enter__(self) -> Enrolled:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        at: TracebackType | None,
+    ) -> None:
+        if error is None or self._written_back:
+            return
+        try:
+            with Register(self._folder) as register:
+                known = register.find(self._study, self._participant)
+                if known is None:
+                    return
+                if known.state == "reserved":
+                    register.release(self._study, self._participant)
+                else:
+                    broke = str(error).partition("\n")[0] or type(error).__name__
+                    register.finish(self._study, self._participant, "running", broke[:200])
+        except StudyError as second:
+            _warn(second)
+
+    def begin(self) -> None:
+        """Note that the recording begins."""
+        with Register(self._folder) as register:
+            register.start(self._study, self._participant)
+
+    def resume(self) -> Participant:
+        """Take up a session that broke off, in its slot.
+
+        Raises:
+            StudyError: another process runs it, or the participant is excluded or withdrew.
+        """
+        with Register(self._folder) as register:
+            bring_in_step(register)
+            return register.resume(self._study, self._participant)
+
+    def write_back(self, finished: Finished) -> None:
+        """Note what the session came to. The recording is safe: a failure is only told."""
+        self._written_back = True
+        try:
+            with Register(self._folder) as register:
+                self._write_back(register, finished)
+        except StudyError as error:
+            _warn(error)
+
+    def _write_back(self, register: Register, finished: Finished) -> None:
+        key = (self._study, self._participant)
+        match finished.outcome:
+            case "complete":
+                register.finish(*key, "complete")
+            case "declined":
+                # Who declines leaves a count and nothing else.
+                register.release(*key)
+            case "erased":
+                leave_tombstone(register, *key)
+            case "ended_early":
+                failed = finished.reason == NOT_UNDERSTOOD
+                register.finish(*key, "excluded" if failed else "dropped", finished.reason)
+
+
+def _warn(error: StudyError) -> None:
+    errors.print(
+        f"[yellow]The outcome could not be written into the register:[/] {escape(str(error))}\n"
+        "  The next `study run` or `study participants` reads it from the recording."
+    )
+
+
+def tell_place(loaded: LoadedProtocol, assignment: Assignment, folder: Path) -> None:
+    """Warn where an id looks like a name, the plan is exceeded or a condition is run too often."""
+    if looks_like_a_name(assignment.participant):
+        errors.print(
+            f'[yellow]Careful:[/] "{escape(assignment.participant)}" looks like a name. Ids go '
+            "into every file; leave out --participant, and a pseudonym is drawn."
+        )
+    planned = loaded.protocol.study.planned_participants
+    if assignment.planned_index >= planned:
+        errors.print(
+            f"[yellow]All {planned} planned participants have a slot:[/] this is number "
+            f"{assignment.planned_index + 1}."
+        )
+    with Register(folder) as register:
+        known = register.participants(loaded.protocol.study.name)
+    used = [
+        each.order
+        for each in known
+        if each.state in HOLDING and each.pilot == assignment.pilot and each.order
+    ]
+    designed = possible_orders(
+        [condition.name for condition in loaded.protocol.conditions],
+        loaded.protocol.phase_three.order,
+    )
+    least = min(used.count(order) for order in designed)
+    mine = used.count(assignment.order)
+    if assignment.order not in designed or mine > least + 1:
+        errors.print(
+            f"[yellow]The order {escape(','.join(assignment.order))} is not the one that the plan "
+            "has next;[/] the register notes that it was set by hand."
+        )
+
+
+def announce(assignment: Assignment) -> str:
+    """Say who takes part, for the terminal."""
+    place = "pilot" if assignment.pilot else f"slot {assignment.planned_index + 1}"
+    return (
+        f"Participant [bold]{assignment.participant}[/], {place}, "
+        f"order {' then '.join(assignment.order)}. Escape pauses."
+    )
+
+
+def announce_resumed(boundary: Boundary) -> str:
+    """Say who goes on, for the terminal."""
+    opened = boundary.opened
+    return (
+        f"Participant [bold]{opened.participant}[/], order {' then '.join(opened.order)}: "
+        "going on at the last stage entered. Escape pauses."
+    )

@@ -1,0 +1,221 @@
+"""`study participants`: show and edit who takes part."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import sys
+from collections import Counter
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from study.commands.not_taking_part import count
+from study.commands.terminal import console, errors
+from study.enrolment import editing
+from study.enrolment.importing import bring_in_step, files_of
+from study.enrolment.participants import HOLDING, Participant
+from study.enrolment.pseudonyms import PARTICIPANT
+from study.enrolment.register import Register
+from study.enrolment.withdrawing import withdraw
+from study.errors import StudyError
+from study.loading import load_protocol
+
+ACTIONS = (
+    "exclude",
+    "drop",
+    "restore",
+    "mark-pilot",
+    "unmark-pilot",
+    "release",
+    "note",
+    "history",
+    "withdraw",
+)
+_NEED_REASON = ("exclude", "drop", "note")
+
+
+def participants(
+    words: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[ACTION PSEUDONYM] [WHERE]",
+            help="WHERE: folder of recordings, or protocol. ACTION: " + ", ".join(ACTIONS) + ".",
+        ),
+    ] = None,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder of the recordings, for a protocol.")
+    ] = Path("recordings"),
+    reason: Annotated[str, typer.Option(help="Why excluded or dropped; the text of a note.")] = "",
+    yes: Annotated[  # noqa: FBT002
+        bool, typer.Option("--yes", help="Withdraw without being asked.")
+    ] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Show as JSON.")] = False,  # noqa: FBT002
+) -> None:
+    """Show who takes part, in which slot and order, and how it went; or change one of them.
+
+    A folder's register is brought in step with its recordings first, or made
+    from them. `withdraw` erases a participant's data and keeps a tombstone.
+    """
+    action, pseudonym, where = _parsed(words or [])
+    study, folder = _place(where, output)
+    if not folder.is_dir():
+        raise StudyError(f"no folder {folder}", "Give the folder of the recordings.")
+    with Register(folder) as register:
+        added = bring_in_step(register)
+        if added:
+            errors.print(f"Taken from recordings and tombstones: {added}.")
+        if not action:
+            _show(register.participants(study), as_json=as_json)
+            return
+        known = _one(register, study, pseudonym)
+        if action in _NEED_REASON and not reason.strip():
+            raise StudyError(f"{action} needs words", 'Give them with --reason "...", no names.')
+        if action == "withdraw":
+            _withdraw(register, known, yes=yes)
+        elif action == "history":
+            _show_history(register, known, as_json=as_json)
+        else:
+            _edit(register, known, action, " ".join(reason.split()))
+
+
+def _parsed(words: list[str]) -> tuple[str, str, str]:
+    """Return action, pseudonym and place; each empty if not given."""
+    if not words or words[0] not in ACTIONS:
+        if len(words) > 1:
+            raise StudyError(
+                f'"{words[0]}" is nothing that can be done with participants',
+                f"Known: {', '.join(ACTIONS)}.",
+            )
+        return "", "", words[0] if words else ""
+    if not 2 <= len(words) <= 3:
+        raise StudyError(f"{words[0]} needs one pseudonym", "And then, if need be, the folder.")
+    return words[0], words[1], words[2] if len(words) > 2 else ""
+
+
+def _place(where: str, output: Path) -> tuple[str, Path]:
+    """Return the study meant, empty for all, and the folder of the recordings."""
+    if not where:
+        return "", output
+    if Path(where).is_dir():
+        return "", Path(where)
+    return load_protocol(where).protocol.study.name, output
+
+
+def _one(register: Register, study: str, pseudonym: str) -> Participant:
+    if not PARTICIPANT.fullmatch(pseudonym):
+        raise StudyError(f'"{pseudonym[:60]}" is no pseudonym', "Give one such as P01.")
+    of_all = register.participants(study)
+    found = [each for each in of_all if each.pseudonym.casefold() == pseudonym.casefold()]
+    if not found:
+        raise StudyError(
+            f'no participant "{pseudonym}" in {register.path}', "`study participants` lists them."
+        )
+    if len(found) > 1:
+        raise StudyError(
+            f'"{pseudonym}" takes part in {" and ".join(each.study for each in found)}',
+            "Say in which study: give its protocol, and the folder with --output.",
+        )
+    return found[0]
+
+
+def _edit(register: Register, known: Participant, action: str, text: str) -> None:
+    match action:
+        case "exclude":
+            editing.mark(register, known, "excluded", text)
+        case "drop":
+            editing.mark(register, known, "dropped", text)
+        case "restore":
+            editing.restore(register, known)
+        case "mark-pilot" | "unmark-pilot":
+            editing.set_pilot(register, known, pilot=action == "mark-pilot")
+        case "note":
+            editing.note(register, known, text)
+        case _:
+            register.release(known.study, known.pseudonym)
+    now = register.find(known.study, known.pseudonym)
+    if now is None:
+        console.print(f"{known.pseudonym}: the slot is free; nothing is kept.")
+    else:
+        place = f", slot {now.slot}" if now.state in HOLDING else ""
+        pilot = ", pilot" if now.pilot else ""
+        console.print(f"{now.pseudonym}: {now.shown_state}{place}{pilot}.")
+
+
+def _withdraw(register: Register, known: Participant, *, yes: bool) -> None:
+    files = files_of(register, known.study, known.pseudonym)
+    for path in files:
+        console.print(f"To be erased: {escape(str(path))}")
+    if not yes:
+        if not sys.stdin.isatty():
+            raise StudyError("nobody can be asked here", "Say --yes to erase without being asked.")
+        typer.confirm(f"Erase all data of {known.pseudonym} for good?", abort=True)
+    erased = withdraw(register, known.study, known.pseudonym)
+    if known.state != "withdrawn":
+        count(register.folder, known.study, "erased")
+    console.print(
+        f"{known.pseudonym} withdrew: {len(erased)} files erased. A tombstone is kept: pseudonym "
+        "and time."
+    )
+    errors.print(
+        "[yellow]Still to be done by hand:[/] make reports, tables and exports of several "
+        "participants anew, and erase copies and backups."
+    )
+
+
+def _show(found: list[Participant], *, as_json: bool) -> None:
+    if as_json:
+        rows = [
+            {
+                **{key: value for key, value in dataclasses.asdict(each).items() if key != "lease"},
+                "state": each.shown_state,
+                "slot": each.slot if each.state in HOLDING else None,
+            }
+            for each in found
+        ]
+        sys.stdout.write(json.dumps(rows, indent=2) + "\n")
+        return
+    if not found:
+        console.print("No participants yet.")
+        return
+    table = Table("slot", "participant", "state", "order", "sessions", "since", "remarks")
+    for each in found:
+        slot = str(each.slot) if each.state in HOLDING else "-"
+        remarks = "; ".join(filter(None, (each.reason, each.note)))
+        table.add_row(
+            f"pilot {slot}" if each.pilot else slot,
+            each.pseudonym,
+            each.shown_state,
+            ", ".join(each.order),
+            str(each.visits),
+            each.changed_utc.replace("T", " ")[:16],
+            escape(remarks),
+        )
+    names = {each.study for each in found}
+    for name in sorted(names):
+        table.title = escape(" and ".join(sorted(names)))
+        holding = [
+            each
+            for each in found
+            if each.study == name and each.state in HOLDING and not each.pilot
+        ]
+        balance = Counter(", ".join(each.order) for each in holding)
+        counts = "; ".join(f"{number} x {order}" for order, number in sorted(balance.items()))
+        table.caption = (
+            f"{table.caption or ''}{escape(name)}: {counts or 'no slot taken'}\n".lstrip()
+        )
+    console.print(table)
+
+
+def _show_history(register: Register, known: Participant, *, as_json: bool) -> None:
+    lines = register.history(known.study, known.pseudonym)
+    if as_json:
+        text = json.dumps([dataclasses.asdict(line) for line in lines], indent=2)
+        sys.stdout.write(f"{text}\n")
+        return
+    for line in lines:
+        detail = f": {line.detail}" if line.detail else ""
+        console.print(f"{line.utc[:19]}  {line.what}{detail}", markup=False)

@@ -1,0 +1,105 @@
+"""What an experimenter changes in the register by hand; each change is in the history."""
+
+from __future__ import annotations
+
+from study.enrolment.participants import Participant, State
+from study.enrolment.register import Register
+from study.errors import StudyError
+
+
+def mark(register: Register, known: Participant, state: State, reason: str) -> None:
+    """Mark a participant dropped or excluded: the slot is given out anew, in its order.
+
+    Args:
+        register: where.
+        known: whom.
+        state: "dropped" or "excluded".
+        reason: in words; never a name.
+
+    Raises:
+        StudyError: a session runs, the participant withdrew, is only reserved, or is so already.
+    """
+    with register.transaction():
+        now = _current(register, known)
+        register.refuse_if_conducted(now)
+        if now.state == "reserved":
+            raise StudyError(
+                f'participant "{now.pseudonym}" has had no session yet',
+                f"Give the slot back: `study participants release {now.pseudonym}`.",
+            )
+        if now.state == state:
+            raise StudyError(
+                f'participant "{now.pseudonym}" is {state} already: {now.reason}',
+                f"`study participants restore {now.pseudonym}` takes that back.",
+            )
+        if now.state != "excluded":
+            _remember(register, now)
+        register.change(now.study, now.pseudonym, state, reason)
+
+
+def restore(register: Register, known: Participant) -> Participant:
+    """Take back that somebody was marked; in the old slot, or if that was given out, a free one.
+
+    Raises:
+        StudyError: nothing was marked by hand.
+    """
+    with register.transaction():
+        now = _current(register, known)
+        before = register.earlier_state(now.study, now.pseudonym)
+        if now.state not in ("dropped", "excluded") or (not before and now.state == "dropped"):
+            raise StudyError(
+                f'participant "{now.pseudonym}" is {now.shown_state}: no mark can be taken back',
+                "A session that was ended early goes on with `study run --resume`."
+                if now.state == "dropped"
+                else "",
+            )
+        # Excluded by the session itself, for its comprehension check: it is over.
+        register.change(now.study, now.pseudonym, before or "dropped", "restored by hand")  # type: ignore[arg-type]
+        _remember(register, now, "")
+        return _current(register, known)
+
+
+def set_pilot(register: Register, known: Participant, *, pilot: bool) -> Participant:
+    """Move a participant among the pilots, or back, with a slot of those.
+
+    Raises:
+        StudyError: a session runs, the participant withdrew, or it is so already.
+    """
+    with register.transaction():
+        now = _current(register, known)
+        register.refuse_if_conducted(now)
+        word = "a pilot" if pilot else "no pilot"
+        if now.pilot == pilot:
+            raise StudyError(f'participant "{now.pseudonym}" is {word} already')
+        register.move(now, pilot=pilot)
+        register.note_history(now.study, now.pseudonym, "marked", word)
+        return _current(register, known)
+
+
+def note(register: Register, known: Participant, text: str) -> None:
+    """Replace the experimenter's note on a participant.
+
+    Raises:
+        StudyError: the participant withdrew.
+    """
+    with register.transaction():
+        now = _current(register, known)
+        register.connection.execute(
+            "UPDATE participants SET note = ? WHERE study = ? AND pseudonym = ?",
+            (text, now.study, now.pseudonym),
+        )
+        register.note_history(now.study, now.pseudonym, "noted", text)
+
+
+def _current(register: Register, known: Participant) -> Participant:
+    now = register.known(known.study, known.pseudonym)
+    if now is None or now.state == "withdrawn":
+        raise StudyError(f'participant "{known.pseudonym}" withdrew; nothing is kept to change')
+    return now
+
+
+def _remember(register: Register, now: Participant, state: str | None = None) -> None:
+    register.connection.execute(
+        "UPDATE participants SET before_edit = ? WHERE study = ? AND pseudonym = ?",
+        (now.state if state is None else state, now.study, now.pseudonym),
+    )

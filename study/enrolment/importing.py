@@ -1,0 +1,207 @@
+"""Bringing a register in step with the recordings of its folder; from nothing, if need be."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+from study.enrolment.participants import Participant, State
+from study.enrolment.pseudonyms import PARTICIPANT
+from study.enrolment.register import Register
+from study.errors import StudyError
+from study.events.events import SessionEnded
+from study.events.inputs import SessionOpened
+from study.protocol import parse_protocol
+from study.recording.enrolled import FILE_NAME, tombstones
+from study.recording.identity import PILOT
+from study.recording.parts import SessionRecording, base_name, read_session
+from study.recording.reader import read_recording
+
+NOT_UNDERSTOOD = "the instructions were not understood"
+"""Reason of a session that ended because the comprehension check was failed."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Found:
+    """A session that a recording tells of."""
+
+    participant: Participant
+    started_utc: str
+    files: tuple[str, ...]
+
+
+def outcome_of(ended: SessionEnded | None) -> tuple[State, str]:
+    """Return the state, and the reason in words, that a session came to by its last event."""
+    if ended is None:
+        return "running", ""
+    if ended.complete:
+        return "complete", ""
+    return ("excluded" if ended.reason == NOT_UNDERSTOOD else "dropped"), ended.reason
+
+
+def bring_in_step(register: Register) -> int:
+    """Take in recordings that the register does not know, and tombstones.
+
+    A register that has just been made is thereby built anew. Recordings of simulated
+    participants and of other programs are passed over.
+
+    Returns:
+        How many participants were added.
+
+    Raises:
+        StudyError: register or tombstones cannot be used.
+    """
+    folder = register.folder
+    added = _take_in_tombstones(register)
+    with register.transaction():
+        known = {row[0] for row in register.connection.execute("SELECT path FROM files")}
+    fresh: dict[str, Path] = {}
+    for path in sorted([*folder.glob("*.mcap"), *folder.glob("*.mcap.part")]):
+        if _final_name(path) not in known:
+            fresh.setdefault(base_name(path), path)
+    others: list[str] = []
+    found: list[_Found] = []
+    for path in fresh.values():
+        try:
+            session = _session(read_session(path))
+        except StudyError:
+            # Perhaps a part beside it has only just been made: it is looked at again next time.
+            continue
+        if session:
+            found.append(session)
+        elif path.suffix == ".mcap":
+            others.append(path.name)
+    with register.transaction():
+        for name in others:
+            _know(register, name)
+        for session in sorted(found, key=lambda item: item.started_utc):
+            added += _take_in(register, session)
+    return added
+
+
+def _session(recording: SessionRecording) -> _Found | None:
+    """Return what a recording tells of a person's session; None if it is none."""
+    opened, ended = None, None
+    for _, record in recording.records(SessionOpened.topic, SessionEnded.topic):
+        if isinstance(record, SessionOpened):
+            opened = record
+        elif isinstance(record, SessionEnded):
+            ended = record
+    if opened is None or opened.operator_kind != "person":
+        return None
+    if not PARTICIPANT.fullmatch(opened.participant):
+        return None
+    state, reason = outcome_of(ended)
+    study = parse_protocol(opened.protocol_toml, "the recorded protocol").study.name
+    participant = Participant(
+        study=study,
+        pseudonym=opened.participant,
+        state=state,
+        slot=0,
+        order=opened.order,
+        pilot=recording.metadata.get(PILOT) == "true",
+        reason=reason,
+        changed_utc=opened.started_utc,
+    )
+    files = tuple(_final_name(part.path) for part in recording.parts)
+    return _Found(participant, opened.started_utc, files)
+
+
+def _take_in(register: Register, found: _Found) -> int:
+    """Add a session's participant, or correct a state that a killed session left behind."""
+    given = found.participant
+    known = register.known(given.study, given.pseudonym)
+    if known is None:
+        register.insert(given)
+    elif known.state == "withdrawn":
+        pass
+    elif known.interrupted and given.state != "running":
+        register.change(given.study, given.pseudonym, given.state, given.reason)
+    elif known.state == "reserved" and known.visits == 1:
+        # Its process wrote the file and has not yet said so, or died before it could.
+        register.change(given.study, given.pseudonym, given.state, given.reason)
+    elif known.state == "dropped" and given.state == "complete":
+        register.change(given.study, given.pseudonym, "complete", given.reason)
+    for name in found.files:
+        # Of a session that has not ended the outcome may still have to be read.
+        if given.state != "running":
+            _know(register, name, given.study, given.pseudonym)
+    return int(known is None)
+
+
+def _take_in_tombstones(register: Register) -> int:
+    """Put who withdrew into a register that does not know it."""
+    added = 0
+    listed = tombstones(register.folder)
+    with register.transaction():
+        for study, of_study in listed.items():
+            for pseudonym, utc in of_study.items():
+                known = register.known(study, pseudonym)
+                if known is None:
+                    register.insert(
+                        Participant(study, pseudonym, "withdrawn", 0, (), changed_utc=utc)
+                    )
+                    added += 1
+                elif known.state != "withdrawn":
+                    register.bury(study, pseudonym, utc)
+    return added
+
+
+def note_export(recording: Path, exported: Path) -> None:
+    """Note a file made from one recording, so that withdrawal erases it too.
+
+    Nothing is noted where the recording's folder has no register, or it is of no person.
+
+    Raises:
+        StudyError: the register cannot be used.
+    """
+    folder = recording.parent
+    if not (folder / FILE_NAME).exists():
+        return
+    found = _session(read_session(recording))
+    if found is None:
+        return
+    with Register(folder) as register, register.transaction():
+        whose = found.participant
+        _know(register, str(exported.absolute()), whose.study, whose.pseudonym)
+
+
+def files_of(register: Register, study: str, pseudonym: str) -> list[Path]:
+    """Return the files that hold a participant's data: those noted, and all found in the folder.
+
+    A file in the folder is the participant's by its metadata or its name, whatever made it:
+    parts, unfinished files and salvaged copies too.
+    """
+    folder = register.folder
+    with register.transaction():
+        rows = register.connection.execute(
+            "SELECT path FROM files WHERE study = ? AND pseudonym = ?", (study, pseudonym)
+        ).fetchall()
+    found = {folder / row[0] for row in rows}
+    for path in folder.glob("*.mcap*"):
+        if path.name.startswith(f"{study}_{pseudonym}_") or _is_of(path, study, pseudonym):
+            found.add(path)
+    return sorted(path for path in found if path.is_file())
+
+
+def _is_of(path: Path, study: str, pseudonym: str) -> bool:
+    """Whether a file is a recording of the participant in the study, by what it holds."""
+    try:
+        recording = read_recording(path)
+        if recording.metadata.get("participant") != pseudonym:
+            return False
+        toml = recording.attachments.get("protocol.toml", b"").decode()
+        return parse_protocol(toml, path.name).study.name == study
+    except (StudyError, UnicodeDecodeError):
+        return False
+
+
+def _know(register: Register, path: str, study: str = "", pseudonym: str = "") -> None:
+    register.connection.execute(
+        "INSERT OR REPLACE INTO files (path, study, pseudonym) VALUES (?, ?, ?)",
+        (path, study, pseudonym),
+    )
+
+
+def _final_name(path: Path) -> str:
+    return path.name.removesuffix(".part")

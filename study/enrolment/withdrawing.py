@@ -1,0 +1,63 @@
+"""Withdrawal: a participant's data are erased; what stays says only that there were some.
+
+The tombstone is durable before the first file goes: whenever this breaks off, saying the same
+again finishes it, and analysis leaves the participant out from the first moment.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from study.enrolment.importing import files_of
+from study.enrolment.participants import now_utc
+from study.enrolment.register import Register
+from study.errors import StudyError
+from study.recording.enrolled import add_tombstone
+from study.recording.file_lock import is_held
+
+
+def withdraw(register: Register, study: str, pseudonym: str) -> list[Path]:
+    """Erase a participant's recordings, their parts, copies and exports; leave a tombstone.
+
+    Returns:
+        The files that were erased.
+
+    Raises:
+        StudyError: there is no such participant, a session runs, or a file cannot be erased.
+    """
+    known = register.find(study, pseudonym)
+    if known is None:
+        raise StudyError(
+            f'no participant "{pseudonym}" of the study {study} in {register.path}',
+            "`study participants` lists them.",
+        )
+    register.refuse_if_conducted(known)
+    files = files_of(register, study, known.pseudonym)
+    for path in files:
+        if is_held(path):
+            raise StudyError(f"{path} is being written", "End the session first.")
+    leave_tombstone(register, study, known.pseudonym)
+    for path in files:
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise StudyError(
+                f"{path} could not be erased: {error.strerror}",
+                "The rest is noted. Mend that, and say the same again.",
+            ) from error
+    with register.transaction():
+        register.connection.execute(
+            "DELETE FROM files WHERE study = ? AND pseudonym = ?", (study, known.pseudonym)
+        )
+    return files
+
+
+def leave_tombstone(register: Register, study: str, pseudonym: str) -> None:
+    """Keep pseudonym and time of a participant, and nothing else."""
+    utc = now_utc()
+    with register.transaction():
+        # Inside, so that two who withdraw at once do not overwrite one another's.
+        add_tombstone(register.folder, study, pseudonym, utc)
+        known = register.known(study, pseudonym)
+        if known is not None and known.state != "withdrawn":
+            register.bury(study, pseudonym, utc)

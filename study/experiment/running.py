@@ -1,0 +1,198 @@
+"""Trials on all cores or on a cluster, each written as it comes; what is there is not run again.
+
+Workers compute and one process writes, so that results do not depend on who computed them, on
+how many there were or in which order they finished. Both ways of running send a function and
+its arguments to processes that were started anew, never forked.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import platform
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import CancelledError
+from pathlib import Path
+from typing import Any
+
+from study.errors import StudyError
+from study.experiment.protocol import LoadedExperiment, SeedSet
+from study.simulated.trained_user import WEIGHTS
+from study.trial_files import (
+    Head,
+    Tables,
+    file_name,
+    read_trial,
+    trial_paths,
+    write_head,
+    write_trial,
+)
+
+PACKAGES = ("scaled-autonomy", "numpy", "scipy", "torch", "safetensors")
+RETRIES = 5
+"""How often a trial is given to another worker of a cluster after its own died."""
+
+_one_at_a_time = threading.Lock()
+"""torch's seeds belong to a process: two trials in threads of one would disturb each other."""
+
+Finished = tuple[int, Tables, float]
+
+
+def versions(task: str) -> dict[str, str]:
+    """Return the versions of what computes results, by name; of the task's user its hash."""
+    found = {"python": platform.python_version()}
+    for name in PACKAGES:
+        try:
+            found[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            found[name] = "not installed"
+    user = WEIGHTS / f"{task}.safetensors"
+    if user.is_file():
+        found["trained user"] = hashlib.sha256(user.read_bytes()).hexdigest()[:16]
+    return found
+
+
+def missing_trials(
+    loaded: LoadedExperiment, seeds: SeedSet, trials: int, folder: Path
+) -> list[int]:
+    """Open a folder for results and return the trials that are still to be run.
+
+    Files that are damaged, or were computed with other versions, count as missing.
+
+    Raises:
+        StudyError: the folder is not for these results.
+    """
+    head = Head(loaded.text, loaded.sha256, seeds, versions(loaded.protocol.task.name))
+    write_head(folder, head)
+    done = set()
+    for path in trial_paths(folder):
+        try:
+            found = read_trial(path, loaded.sha256)
+        except StudyError:
+            continue
+        if found.versions == head.versions:
+            done.add(path.name)
+    return [trial for trial in range(trials) if file_name(trial) not in done]
+
+
+def run_trials(
+    loaded: LoadedExperiment,
+    seeds: SeedSet,
+    trials: Sequence[int],
+    folder: Path,
+    *,
+    jobs: int = -1,
+    scheduler: str = "",
+) -> Iterator[int]:
+    """Run trials and write their files; yield each one's number when it is on disk.
+
+    Args:
+        loaded: the experiment.
+        seeds: which set of worlds.
+        trials: their numbers.
+        folder: opened by `missing_trials`.
+        jobs: processes at once on this machine; -1 for one a core.
+        scheduler: address of a Dask cluster's scheduler to use instead.
+
+    Raises:
+        StudyError: a worker was ended from outside, or the cluster cannot be used.
+    """
+    if not trials:
+        return
+    finished = (
+        _on_cluster(loaded.text, seeds, trials, scheduler)
+        if scheduler
+        else _on_cores(loaded.text, seeds, trials, jobs)
+    )
+    made_with = versions(loaded.protocol.task.name)
+    for trial, tables, seconds in finished:
+        write_trial(
+            folder,
+            trial,
+            tables,
+            protocol_sha256=loaded.sha256,
+            seconds=seconds,
+            versions=made_with,
+        )
+        yield trial
+
+
+def timed_trial(text: str, seeds: SeedSet, trial: int) -> Finished:
+    """Run one trial in a worker; return its number, tables and seconds."""
+    # Workers import what computes when they first need it.
+    from study.experiment.trial import run_trial_from_text  # noqa: PLC0415
+
+    with _one_at_a_time:
+        began = time.perf_counter()
+        tables = run_trial_from_text(text, seeds, trial)
+        return trial, tables, time.perf_counter() - began
+
+
+def _on_cores(text: str, seeds: SeedSet, trials: Sequence[int], jobs: int) -> Iterator[Finished]:
+    from joblib import Parallel, delayed, parallel_config  # noqa: PLC0415
+    from joblib.externals.loky.process_executor import TerminatedWorkerError  # noqa: PLC0415
+
+    tasks = (delayed(timed_trial)(text, seeds, trial) for trial in trials)
+    try:
+        with parallel_config(backend="loky", inner_max_num_threads=1):
+            parallel = Parallel(
+                n_jobs=jobs, return_as="generator_unordered", batch_size=1, pre_dispatch="2*n_jobs"
+            )
+            yield from parallel(tasks)
+    except TerminatedWorkerError as error:
+        raise StudyError(
+            "a worker process was ended from outside, or ran out of memory",
+            "Run the command again: trials that are finished are kept. --jobs runs fewer at once.",
+        ) from error
+
+
+def _on_cluster(
+    text: str, seeds: SeedSet, trials: Sequence[int], address: str
+) -> Iterator[Finished]:
+    try:
+        import distributed  # noqa: PLC0415
+        from distributed.scheduler import KilledWorker  # noqa: PLC0415
+    except ImportError as error:
+        raise StudyError(
+            "a Dask cluster needs the packages dask and distributed",
+            'Install the extra: pip install "scaled-autonomy[cluster]".',
+        ) from error
+    cluster: Any = distributed
+    try:
+        client: Any = cluster.Client(address, timeout="10s", set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise StudyError(
+            f"no Dask scheduler answers at {address}: {error}",
+            "Start one with dask scheduler, and give its address, such as tcp://host:8786.",
+        ) from error
+    with client:
+        if not client.scheduler_info(n_workers=-1).get("workers"):
+            raise StudyError(
+                f"the Dask cluster at {address} has no workers",
+                f"Start some: dask worker {address} --nthreads 1",
+            )
+        futures = [
+            client.submit(timed_trial, text, seeds, trial, pure=False, retries=RETRIES)
+            for trial in trials
+        ]
+        try:
+            for future in cluster.as_completed(futures, loop=client.loop):
+                finished: Finished = future.result()
+                yield finished
+        except KilledWorker as error:
+            raise StudyError(
+                "the cluster's workers died again and again on one trial",
+                "Look at their memory; run the command again: finished trials are kept.",
+            ) from error
+        except (ImportError, RuntimeError) as error:
+            raise StudyError(
+                f"the cluster's workers cannot run a trial: {str(error).splitlines()[0]}",
+                "Install the same version of the program on every machine.",
+            ) from error
+        except (CancelledError, OSError) as error:
+            raise StudyError(
+                f"the connection to the Dask scheduler at {address} was lost",
+                "Run the command again: finished trials are kept.",
+            ) from error

@@ -1,0 +1,107 @@
+"""`study participants` as a user meets it."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from patience import PATIENCE_S
+from protocols import ROOT
+from study.commands import main
+from study.enrolment.register import Register
+from study.errors import StudyError
+
+ORDERS = [("manual", "assisted"), ("assisted", "manual")]
+
+
+def study(*words: str | Path) -> subprocess.CompletedProcess[str]:
+    """Run the command; it must not end in a traceback."""
+    done = subprocess.run(
+        [sys.executable, "-m", "study.commands.main", "participants", *map(str, words)],
+        cwd=ROOT,
+        env={**os.environ, "COLUMNS": "140", "NO_COLOR": "1"},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+        check=False,
+    )
+    assert "Traceback" not in done.stderr + done.stdout, done.stderr
+    return done
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A register with one complete participant of the protocol "pilot", and one of another."""
+    with Register(tmp_path) as register:
+        for name in ("pilot", "other"):
+            register.reserve(name, ORDERS, pseudonym=f"{name}1")
+            register.start(name, f"{name}1")
+            register.finish(name, f"{name}1", "complete")
+    return tmp_path
+
+
+def test_a_folder_and_a_protocol(folder: Path) -> None:
+    """A folder shows all; a protocol, also one that is called as a mark, shows its study."""
+    shown = study(folder)
+    assert "pilot1" in shown.stdout
+    assert "other1" in shown.stdout
+    assert "pilot: 1 x manual, assisted" in shown.stdout
+    rows = json.loads(study("pilot", "-o", folder, "--json").stdout)
+    assert [(row["pseudonym"], row["state"], row["slot"]) for row in rows] == [
+        ("pilot1", "complete", 1)
+    ]
+
+
+def test_marks_and_history(folder: Path) -> None:
+    """Each edit says what it led to, and the history has it with its reason."""
+    assert "excluded" in study("exclude", "pilot1", folder, "--reason", "fell  ill").stdout
+    assert "complete, slot 1" in study("restore", "pilot1", folder).stdout
+    assert "pilot" in study("mark-pilot", "pilot1", folder).stdout
+    history = study("history", "pilot1", folder).stdout
+    assert [line.split("  ", 1)[1] for line in history.splitlines()] == [
+        "reserved: slot 1, order manual,assisted",
+        "running",
+        "complete",
+        "excluded: fell ill",
+        "complete: restored by hand",
+        "marked: a pilot",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["exclude", "pilot1"], "exclude needs words"),
+        (["drop"], "drop needs one pseudonym"),
+        (["fly", "pilot1"], "nothing that can be done"),
+        (["drop", "nobody", "--reason", "x"], 'no participant "nobody"'),
+        (["drop", "Anna Smith", "--reason", "x"], "is no pseudonym"),
+        (["release", "pilot1"], "not reserved"),
+        (["restore", "pilot1"], "no mark can be taken back"),
+        (["withdraw", "pilot1"], "nobody can be asked"),
+        (["nowhere.toml"], "nowhere.toml"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_what_is_refused(folder: Path, words: list[str], message: str) -> None:
+    """One message, and nothing has changed."""
+    done = CliRunner().invoke(main.app, ["participants", *words, "-o", str(folder)])
+    assert isinstance(done.exception, StudyError)
+    assert message in str(done.exception)
+    with Register(folder) as register:
+        assert {each.state for each in register.participants()} == {"complete"}
+
+
+def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
+    """None is made by looking."""
+    done = study("-o", tmp_path / "none")
+    assert done.returncode == 2
+    assert "no folder" in done.stderr
+    assert not (tmp_path / "none").exists()

@@ -1,0 +1,255 @@
+"""A register made from recordings, kept in step with them, and withdrawal."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from analysis.recordings import load_recordings
+from protocols import variant
+from study.commands import main as command
+from study.commands.composing import session_opened, start_failover_recorder
+from study.commands.enrolling import Enrolled, Finished, assign, who_broke_off
+from study.commands.simulating import simulate_session, simulated_assignments
+from study.enrolment.importing import NOT_UNDERSTOOD, bring_in_step
+from study.enrolment.participants import Participant
+from study.enrolment.process_identity import ProcessIdentity
+from study.enrolment.register import Register
+from study.enrolment.withdrawing import withdraw
+from study.errors import StudyError
+from study.events.events import SessionEnded
+from study.loading import load_protocol
+from study.recording.enrolled import FILE_NAME, tombstones
+
+
+def record(
+    folder: Path,
+    participant: str,
+    order: tuple[str, ...] = ("manual", "assisted"),
+    ended: SessionEnded | None = None,
+    pilot: bool = False,
+) -> Path:
+    """Record a person's session of two records, as if long ago: no register is touched."""
+    loaded = load_protocol("smoke")
+    (like,) = simulated_assignments(loaded, 1, seed=1)
+    assignment = dataclasses.replace(
+        like, participant=participant, order=order, operator_kind="person", operator_json="{}"
+    )
+    opened = session_opened(loaded, assignment)
+    recorder = start_failover_recorder(folder, loaded, opened, pilot=pilot)
+    recorder.write(opened, 1)
+    if ended:
+        recorder.write(ended, 2)
+    recorder.close()
+    return recorder.path
+
+
+COMPLETE = SessionEnded(9, complete=True, reason="complete")
+
+
+def known_in(folder: Path) -> dict[str, Participant]:
+    """Bring a folder's register in step; return its participants."""
+    with Register(folder) as register:
+        bring_in_step(register)
+        return {each.pseudonym: each for each in register.participants()}
+
+
+def test_a_register_is_made_from_recordings(tmp_path: Path) -> None:
+    """States, orders and pilots come from the files; what is of no person is passed over."""
+    record(tmp_path, "P01", ended=COMPLETE)
+    record(tmp_path, "P02", ("assisted", "manual"), SessionEnded(9, complete=False, reason="tired"))
+    record(tmp_path, "P03", ended=SessionEnded(9, complete=False, reason=NOT_UNDERSTOOD))
+    record(tmp_path, "P04", ("assisted", "manual"))
+    record(tmp_path, "P05", ended=COMPLETE, pilot=True)
+    (tmp_path / "torn.mcap").write_bytes(b"torn")
+    loaded = load_protocol("smoke")
+    (simulated,) = simulated_assignments(loaded, 1, seed=1)
+    simulate_session("smoke", simulated, 1, tmp_path)
+    found = known_in(tmp_path)
+    assert {name: each.shown_state for name, each in found.items()} == {
+        "P01": "complete", "P02": "dropped", "P03": "excluded", "P04": "interrupted",
+        "P05": "complete",
+    }  # fmt: skip
+    assert found["P05"].pilot
+    assert (found["P01"].slot, found["P04"].slot) == (1, 2)
+    assert found["P04"].order == ("assisted", "manual")
+    # The same from nothing, and nothing anew from what is known.
+    (tmp_path / FILE_NAME).unlink()
+    assert known_in(tmp_path) == found
+    assert known_in(tmp_path) == found
+    assert who_broke_off(loaded, tmp_path) == "P04"
+    with pytest.raises(StudyError, match='"P01" already has a recording'):
+        assign(loaded, "P01", tmp_path)
+    assert assign(loaded, "", tmp_path).planned_index == 2
+
+
+def test_an_outcome_that_was_not_written_back_is_read(tmp_path: Path) -> None:
+    """Killed after the last record: the recording says that the session is complete."""
+    path = record(tmp_path, "P01", ended=COMPLETE)
+    away = shutil.move(path, tmp_path / "away")
+    dead = ProcessIdentity("here", 1, "x")
+    with Register(tmp_path, me=dead, alive=lambda _: False) as register:
+        register.reserve("smoke", [("manual", "assisted")], pseudonym="P01")
+        register.start("smoke", "P01")
+        bring_in_step(register)
+        assert register.participants()[0].shown_state == "interrupted"
+        shutil.move(away, path)
+        bring_in_step(register)
+        assert register.participants()[0].state == "complete"
+
+
+def lease(folder: Path) -> Enrolled:
+    """Reserve for a participant."""
+    loaded = load_protocol("smoke")
+    assign(loaded, "P01", folder)
+    return Enrolled(loaded, "P01", folder)
+
+
+@pytest.mark.parametrize(
+    ("finished", "state"),
+    [
+        (Finished((), "complete"), "complete"),
+        (Finished((), "ended_early", "stopped by the participant"), "dropped"),
+        (Finished((), "ended_early", NOT_UNDERSTOOD), "excluded"),
+        (Finished((), "erased"), "withdrawn"),
+    ],
+)
+def test_outcomes_are_written_back(tmp_path: Path, finished: Finished, state: str) -> None:
+    """Each end of a session has its state; an early one its reason."""
+    enrolled = lease(tmp_path)
+    with enrolled:
+        enrolled.begin()
+        enrolled.write_back(finished)
+    known = known_in(tmp_path)["P01"]
+    assert known.state == state
+    assert known.reason == finished.reason
+
+
+def test_an_error_in_the_study_is_an_interruption(tmp_path: Path) -> None:
+    """Before the recording began nothing is kept; after it the slot is, for --resume."""
+    enrolled = lease(tmp_path)
+    with pytest.raises(OSError, match="x"), enrolled:
+        raise OSError("x")
+    assert known_in(tmp_path) == {}
+    enrolled = lease(tmp_path)
+    enrolled.begin()
+    with pytest.raises(OSError, match="no window"), enrolled:
+        raise OSError("no window")
+    known = known_in(tmp_path)["P01"]
+    assert (known.shown_state, known.reason, known.slot) == ("interrupted", "no window", 1)
+    assert enrolled.resume().slot == 1
+
+
+def test_a_register_that_fails_at_the_end_costs_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The session's end is told, not lost: the outcome is read from the recording later."""
+    enrolled = lease(tmp_path)
+    with enrolled:
+        enrolled.begin()
+        (tmp_path / FILE_NAME).write_bytes(b"broken" * 1000)
+        enrolled.write_back(Finished((), "complete"))
+    assert "could not be written into the register" in capsys.readouterr().err
+
+
+def withdrawn_folder(folder: Path) -> list[str]:
+    """Record two participants, withdraw one; return what files there are."""
+    record(folder, "P01", ended=COMPLETE)
+    shutil.copy(record(folder, "P02", ended=COMPLETE), folder / "salvaged copy.mcap")
+    done = CliRunner().invoke(
+        command.app, ["participants", "withdraw", "P02", str(folder), "--yes"]
+    )
+    assert done.exit_code == 0, done.output
+    assert "2 files erased" in done.output
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_withdrawal_erases_and_leaves_a_tombstone(tmp_path: Path) -> None:
+    """Recordings and copies are gone, and nothing but pseudonym and time is kept."""
+    left = withdrawn_folder(tmp_path)
+    assert [name for name in left if "P02" in name or "copy" in name] == []
+    assert left[:2] == ["not_taking_part.json", FILE_NAME]
+    known = known_in(tmp_path)["P02"]
+    assert (known.state, known.order, known.slot) == ("withdrawn", (), 0)
+    assert list(tombstones(tmp_path)["smoke"]) == ["P02"]
+    loaded = load_protocol("smoke")
+    for again in (False, True):
+        with pytest.raises(StudyError, match="withdrew"):
+            assign(loaded, "P02", tmp_path, again=again)
+    # The tombstone outlives the register.
+    (tmp_path / FILE_NAME).unlink()
+    with pytest.raises(StudyError, match="withdrew"):
+        assign(loaded, "P02", tmp_path)
+    assert known_in(tmp_path)["P02"].state == "withdrawn"
+
+
+def test_an_export_is_erased_too(tmp_path: Path) -> None:
+    """What was made from one participant's recording goes with it, wherever it lies."""
+    folder, elsewhere = tmp_path / "recordings", tmp_path / "elsewhere" / "scene.mcap"
+    elsewhere.parent.mkdir()
+    path = record(folder, "P01", ended=COMPLETE)
+    assert known_in(folder)
+    words = ["export-foxglove", str(path), "-o", str(elsewhere)]
+    done = CliRunner().invoke(command.app, words)
+    assert elsewhere.exists(), done.output
+    with Register(folder) as register:
+        assert withdraw(register, "smoke", "P01") == [elsewhere, path]
+    assert not elsewhere.exists()
+
+
+def test_a_copy_put_back_is_not_analysed(tmp_path: Path) -> None:
+    """A backup of who withdrew is set aside, and erased when it is said once more."""
+    withdrawn_folder(tmp_path)
+    back = record(tmp_path, "P02", ended=COMPLETE)
+    study = load_recordings([tmp_path])
+    assert [session.opened.participant for session in study.sessions] == ["P01"]
+    assert [(item.file, item.reason) for item in study.set_aside] == [
+        (back.name, "the participant withdrew")
+    ]
+    with Register(tmp_path) as register:
+        bring_in_step(register)
+        assert withdraw(register, "smoke", "P02") == [back]
+
+
+def test_pilots_and_excluded_are_set_aside(tmp_path: Path) -> None:
+    """With the reason; marks in the register count for more than what the file says."""
+    for name in ("P01", "P02"):
+        record(tmp_path, name, ended=COMPLETE)
+    record(tmp_path, "P03", ended=COMPLETE, pilot=True)
+
+    def aside() -> dict[str, str]:
+        return {each.participant: each.reason for each in load_recordings([tmp_path]).set_aside}
+
+    assert aside() == {"P03": "a pilot session"}
+    run = CliRunner()
+    for words in (["exclude", "P02", "--reason", "fell ill"], ["unmark-pilot", "P03"]):
+        done = run.invoke(command.app, ["participants", *words[:2], str(tmp_path), *words[2:]])
+        assert done.exit_code == 0, done.output
+    assert aside() == {"P02": "excluded by the experimenter: fell ill"}
+    shown = run.invoke(command.app, ["participants", str(tmp_path), "--json"])
+    rows = {row["pseudonym"]: row for row in json.loads(shown.stdout)}
+    assert {name: row["state"] for name, row in rows.items()} == {
+        "P01": "complete", "P02": "excluded", "P03": "complete",
+    }  # fmt: skip
+    assert rows["P02"]["slot"] is None
+
+
+def test_an_other_study_of_the_same_pseudonym_is_left_alone(tmp_path: Path) -> None:
+    """Withdrawing from one study erases nothing of another."""
+    record(tmp_path, "P01", ended=COMPLETE)
+    loaded = load_protocol(str(variant(tmp_path, ('name = "smoke"', 'name = "other"'))))
+    assign(loaded, "P01", tmp_path)
+    done = CliRunner().invoke(
+        command.app, ["participants", "withdraw", "P01", str(tmp_path), "--yes"]
+    )
+    assert done.exit_code != 0
+    assert "takes part in" in str(done.exception)
+    with Register(tmp_path) as register:
+        bring_in_step(register)
+        assert len(withdraw(register, "smoke", "P01")) == 1
+        assert [each.state for each in register.participants()] == ["reserved", "withdrawn"]
