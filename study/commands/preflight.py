@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import platform
 import sys
 import time
@@ -30,9 +31,9 @@ MARKS = {"green": "ok", "amber": "note", "red": "STOP"}
 
 def preflight(
     protocol: Annotated[str, typer.Argument(help="Protocol file, or name of a shipped one.")],
-    participant: Annotated[
-        str, typer.Option("--participant", "-p", help="Whose sequence is rehearsed.")
-    ] = "P00",
+    order: Annotated[
+        str, typer.Option(help="Conditions in the order rehearsed, by commas; default: the first.")
+    ] = "",
     output: Annotated[
         Path, typer.Option("--output", "-o", help="Folder of the recordings.")
     ] = Path("recordings"),
@@ -60,11 +61,12 @@ def preflight(
     require_pygame_ce()
     loaded = load_protocol(protocol)
     seat = Seat(parse_size(size), fullscreen=fullscreen, ui_scale=check_ui_scale(ui_scale))
-    found = _look(loaded, participant, output, seat, with_keys=keys)
+    found = _look(loaded, order, output, seat, with_keys=keys)
     text = as_json(found)
     try:
         output.mkdir(parents=True, exist_ok=True, mode=0o700)
         replace_text(output / FILE, found.model_dump_json(indent=1) + "\n")
+        (output / FILE).chmod(0o600)
     except OSError as error:
         errors.print(f"[yellow]The result cannot be kept in {escape(str(output))}:[/] "
                      f"{escape(error.strerror or str(error))}")  # fmt: skip
@@ -77,12 +79,12 @@ def preflight(
 
 
 def _look(
-    loaded: LoadedProtocol, participant: str, folder: Path, seat: Seat, *, with_keys: bool
+    loaded: LoadedProtocol, order: str, folder: Path, seat: Seat, *, with_keys: bool
 ) -> Preflight:
     from study.shell.preflight.check import Preflight  # noqa: PLC0415
 
     began = time.perf_counter()
-    checks = tuple(_checks(loaded, participant, folder, seat, with_keys=with_keys))
+    checks = tuple(_checks(loaded, order, folder, seat, with_keys=with_keys))
     return Preflight(
         utc=datetime.now(UTC).isoformat(timespec="seconds"),
         host=platform.node(),
@@ -94,18 +96,19 @@ def _look(
 
 
 def _checks(
-    loaded: LoadedProtocol, participant: str, folder: Path, seat: Seat, *, with_keys: bool
+    loaded: LoadedProtocol, order: str, folder: Path, seat: Seat, *, with_keys: bool
 ) -> Iterator[Check]:
     """Make all checks; those in the window last, so that the experimenter is not kept there."""
-    from study.commands.composing import check_participant  # noqa: PLC0415
     from study.commands.rehearsing import rehearse  # noqa: PLC0415
-    from study.commands.running import assign  # noqa: PLC0415
+    from study.commands.simulating import simulated_assignments  # noqa: PLC0415
     from study.shell.preflight import display, keys, machine  # noqa: PLC0415
     from study.shell.preflight.check import Check  # noqa: PLC0415
 
     protocol = loaded.protocol
     clocks = machine.Clocks()
-    assignment = assign(loaded, check_participant(participant), folder, again=True)
+    (assignment,) = simulated_assignments(loaded, 1, seed=1)
+    if order:
+        assignment = dataclasses.replace(assignment, order=_order(order, assignment.order))
     rehearsal = rehearse(loaded, assignment)
     yield from rehearsal.checks
     yield machine.disk_space(folder, rehearsal.bytes)
@@ -129,6 +132,47 @@ def _checks(
             yield Check(name=keys.NAME, state="amber", found="not tried (--no-keys)",
                         wanted="two keys held down at once",
                         advice="Try the keyboard by hand.")  # fmt: skip
+
+
+def _order(given: str, conditions: tuple[str, ...]) -> tuple[str, ...]:
+    chosen = tuple(part.strip() for part in given.split(","))
+    if sorted(chosen) != sorted(conditions):
+        raise StudyError(
+            f'"{given}" is no order of these conditions',
+            f"Name each condition once: {','.join(sorted(conditions))}.",
+        )
+    return chosen
+
+
+def preflight_remark(folder: Path, protocol_sha256: str, override: str) -> str:
+    """Return what a session records of the preflight before it; empty if there is none of today.
+
+    Args:
+        folder: of the recordings.
+        protocol_sha256: of the protocol that is to be run.
+        override: why to begin although it is red; empty for no reason.
+
+    Raises:
+        StudyError: it is red, and no reason is given to begin all the same.
+    """
+    from study.shell.preflight.check import FRESH_HOURS, read_preflight  # noqa: PLC0415
+
+    found = read_preflight(folder)
+    if found is None or found.age_hours() > FRESH_HOURS:
+        return ""
+    remark = found.sentence
+    if found.protocol_sha256 != protocol_sha256:
+        remark += f"; of another protocol, {Path(found.protocol).name}"
+    if found.state != "red":
+        return remark
+    if not override.strip():
+        red = "; ".join(f"{c.name}: {c.found}" for c in found.checks if c.state == "red")
+        raise StudyError(
+            f"the preflight of {found.utc} is red ({red})",
+            "Mend it and run `study preflight` again, or give a reason to begin all the same: "
+            '--override-preflight "REASON"; it is recorded.',
+        )
+    return f"{remark}; begun all the same: {override.strip()[:200]}"
 
 
 def _table(found: Preflight) -> Table:

@@ -37,9 +37,11 @@ SECOND = 1_000_000_000
 def refresh_rate(size: tuple[int, int] | None, *, fullscreen: bool) -> float:
     """Measure how often the display shows a picture, Hz; 0 where it does not say.
 
-    Opens a window that waits for the display, and closes it.
+    Opens a window that waits for the display. It stays until the next one replaces it: some X
+    servers start anew when their last window closes, and cannot be reached meanwhile.
     """
     os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+    os.environ.setdefault("SDL_FRAMEBUFFER_ACCELERATION", "0")
     pygame.display.init()
     flags = pygame.SCALED | (pygame.FULLSCREEN if fullscreen else 0)
     shown: list[float] = []
@@ -52,8 +54,6 @@ def refresh_rate(size: tuple[int, int] | None, *, fullscreen: bool) -> float:
             shown.append(time.perf_counter())
     except pygame.error:
         return 0.0
-    finally:
-        pygame.display.quit()
     # The first pictures fill the queue of the display without a wait.
     intervals = np.diff(shown)[5:]
     if not intervals.size:
@@ -186,7 +186,12 @@ def letters(texts: Iterable[str]) -> Check:
             return Check(name="fonts", state="red", found=f"{file}: {error}", wanted=wanted,
                          advice="Install the program again: its fonts are missing.")  # fmt: skip
         metrics = face.metrics("".join(needed)) or []
-        missing |= {letter for letter, found in zip(needed, metrics, strict=False) if not found}
+        # A missing glyph has no outline.
+        missing |= {
+            letter
+            for letter, outline in zip(needed, metrics, strict=False)
+            if outline is None or not any(outline[:4])
+        }
     if missing:
         return Check(
             name="fonts", state="red", found=f"no glyph for {' '.join(sorted(missing)[:20])}",
