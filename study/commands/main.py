@@ -11,6 +11,7 @@ from study.commands import (
     gallery,
     lock,
     participants,
+    preflight,
     protocol,
     recover,
     replay,
@@ -45,6 +46,7 @@ app.command("replay")(replay.replay)
 app.command("recover")(recover.recover)
 app.command("export-foxglove")(export_foxglove.export_foxglove)
 app.command("gallery")(gallery.gallery)
+app.command("preflight")(preflight.preflight)
 app.command("validate")(validate.validate)
 app.command("protocol")(protocol.protocol)
 app.command("lock")(lock.lock)

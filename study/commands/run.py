@@ -12,6 +12,7 @@ import typer
 from rich.markup import escape
 
 from study.commands.composing import lock_warning
+from study.commands.preflight import preflight_remark
 from study.commands.recorded_scorers import parse_overrides
 from study.commands.terminal import console, errors
 from study.enrolment.pseudonyms import check_participant
@@ -62,6 +63,10 @@ def run(
         int,
         typer.Option("--live-port", min=0, max=65535, help="Its port; 0: any that is free."),
     ] = DEFAULT_PORT,
+    override_preflight: Annotated[
+        str,
+        typer.Option("--override-preflight", help="Why to begin although the preflight is red."),
+    ] = "",
     lsl: Annotated[  # noqa: FBT002
         bool, typer.Option("--lsl", help="Publish markers to Lab Streaming Layer.")
     ] = False,
@@ -84,6 +89,7 @@ def run(
         errors.print(f"[yellow]{escape(warning)}[/]")
     window_size = parse_size(size)
     check_ui_scale(ui_scale)
+    remark = preflight_remark(output, loaded.sha256, override_preflight)
     scorers = parse_overrides(scorer or [])
     if resume:
         if again or order or seed is not None or pilot:
@@ -106,7 +112,14 @@ def run(
         enrolling.tell_place(loaded, assignment, output)
         session = partial(run_session, loaded, assignment, output, enrolled=enrolled)
     with enrolled, _live_view(live_host, live_port, wanted=live) as tap:
-        seat = Seat(window_size, fullscreen=fullscreen, ui_scale=ui_scale, tap=tap, lsl=lsl)
+        seat = Seat(
+            window_size,
+            fullscreen=fullscreen,
+            ui_scale=ui_scale,
+            tap=tap,
+            lsl=lsl,
+            remark=remark,
+        )
         finished = session(seat=seat, scorers=scorers)
         enrolled.write_back(finished)
     for path in finished.paths:

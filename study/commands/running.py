@@ -56,6 +56,7 @@ class Seat:
         ui_scale: 1 to 2 times the size of text that suits the window.
         tap: a live view that gets the records too.
         lsl: whether markers are published to Lab Streaming Layer.
+        remark: recorded when the session begins; empty for none.
     """
 
     size: tuple[int, int] | None = None
@@ -63,6 +64,7 @@ class Seat:
     ui_scale: float = 1.0
     tap: LiveTap | None = None
     lsl: bool = False
+    remark: str = ""
 
     def open_window(self, study: StudyPart) -> Window:
         """Open the window under the study's title, in its language.
@@ -242,6 +244,8 @@ def _run(
         if beginning.enrolled:
             beginning.enrolled.begin()
         conductor.feed(beginning.first_input(clock.now()))
+        if seat.remark:
+            conductor.observe(Note(clock.now(), seat.remark))
         LiveLoop(conductor, window, recorder, clock).run()
         if tap is not None:
             remark = f"live view: {tap.passed} records passed on, {tap.dropped} dropped"

@@ -1,0 +1,187 @@
+"""`study preflight`: is all well before the participant sits down?"""
+
+from __future__ import annotations
+
+import dataclasses
+import platform
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import closing
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from study.commands.terminal import console, errors
+from study.errors import StudyError
+from study.loading import LoadedProtocol, load_protocol
+from study.shell.pygame_check import require_pygame_ce
+
+if TYPE_CHECKING:
+    from study.commands.running import Seat
+    from study.shell.preflight.check import Check, Preflight
+
+COLOURS = {"green": "green", "amber": "yellow", "red": "bold red"}
+MARKS = {"green": "ok", "amber": "note", "red": "STOP"}
+
+
+def preflight(
+    protocol: Annotated[str, typer.Argument(help="Protocol file, or name of a shipped one.")],
+    order: Annotated[
+        str, typer.Option(help="Conditions in the order rehearsed, by commas; default: the first.")
+    ] = "",
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder of the recordings.")
+    ] = Path("recordings"),
+    size: Annotated[str, typer.Option(help="Window size, such as 1280x960.")] = "",
+    fullscreen: Annotated[bool, typer.Option("--fullscreen", help="Fill the screen.")] = False,  # noqa: FBT002
+    ui_scale: Annotated[
+        float, typer.Option(help="Text 1 to 2 times the size that suits the window.")
+    ] = 1.0,
+    keys: Annotated[  # noqa: FBT002
+        bool, typer.Option(help="Ask for two keys to be held down together.")
+    ] = True,
+    json: Annotated[bool, typer.Option("--json", help="Print the result for a program.")] = False,  # noqa: FBT002
+) -> None:
+    """Check this computer, window and keyboard, and rehearse the participant's sequence.
+
+    Takes about 20 seconds. The result is kept beside the recordings: `study run` does not begin
+    within a day of a red one, unless told why it should.
+    """
+    from study.commands.run import parse_size  # noqa: PLC0415
+    from study.commands.running import Seat  # noqa: PLC0415 - pygame is slow to import
+    from study.commands.whole_file import replace_text  # noqa: PLC0415
+    from study.shell.preflight.check import FILE, as_json  # noqa: PLC0415
+    from study.shell.window import check_ui_scale  # noqa: PLC0415
+
+    require_pygame_ce()
+    loaded = load_protocol(protocol)
+    seat = Seat(parse_size(size), fullscreen=fullscreen, ui_scale=check_ui_scale(ui_scale))
+    found = _look(loaded, order, output, seat, with_keys=keys)
+    text = as_json(found)
+    try:
+        output.mkdir(parents=True, exist_ok=True, mode=0o700)
+        replace_text(output / FILE, found.model_dump_json(indent=1) + "\n")
+        (output / FILE).chmod(0o600)
+    except OSError as error:
+        errors.print(f"[yellow]The result cannot be kept in {escape(str(output))}:[/] "
+                     f"{escape(error.strerror or str(error))}")  # fmt: skip
+    if json:
+        sys.stdout.write(text + "\n")
+    else:
+        console.print(_table(found))
+    if found.state == "red":
+        raise typer.Exit(3)
+
+
+def _look(
+    loaded: LoadedProtocol, order: str, folder: Path, seat: Seat, *, with_keys: bool
+) -> Preflight:
+    from study.shell.preflight.check import Preflight  # noqa: PLC0415
+
+    began = time.perf_counter()
+    checks = tuple(_checks(loaded, order, folder, seat, with_keys=with_keys))
+    return Preflight(
+        utc=datetime.now(UTC).isoformat(timespec="seconds"),
+        host=platform.node(),
+        protocol=str(loaded.path),
+        protocol_sha256=loaded.sha256,
+        seconds=round(time.perf_counter() - began, 1),
+        checks=checks,
+    )
+
+
+def _checks(
+    loaded: LoadedProtocol, order: str, folder: Path, seat: Seat, *, with_keys: bool
+) -> Iterator[Check]:
+    """Make all checks; those in the window last, so that the experimenter is not kept there."""
+    from study.commands.rehearsing import rehearse  # noqa: PLC0415
+    from study.commands.simulating import simulated_assignments  # noqa: PLC0415
+    from study.shell.preflight import display, keys, machine  # noqa: PLC0415
+    from study.shell.preflight.check import Check  # noqa: PLC0415
+
+    protocol = loaded.protocol
+    clocks = machine.Clocks()
+    (assignment,) = simulated_assignments(loaded, 1, seed=1)
+    if order:
+        assignment = dataclasses.replace(assignment, order=_order(order, assignment.order))
+    rehearsal = rehearse(loaded, assignment)
+    yield from rehearsal.checks
+    yield machine.disk_space(folder, rehearsal.bytes)
+    yield machine.write_latency(folder)
+    yield clocks.check()
+    measured = display.refresh_rate(seat.size, fullscreen=seat.fullscreen)
+    try:
+        window = seat.open_window(protocol.study)
+    except StudyError as error:
+        yield Check(name="display", state="red", found=str(error), wanted="a window",
+                    advice="Run it on the participant's desktop.")  # fmt: skip
+        return
+    with closing(window):
+        yield display.display(window, measured)
+        yield display.letters(rehearsal.texts)
+        if rehearsal.fleet is not None:
+            yield display.punctuality(window, rehearsal.fleet, protocol.timing.timesteps_per_second)
+        if with_keys:
+            yield keys.keyboard(window, (protocol.keys.up, protocol.keys.left))
+        else:
+            yield Check(name=keys.NAME, state="amber", found="not tried (--no-keys)",
+                        wanted="two keys held down at once",
+                        advice="Try the keyboard by hand.")  # fmt: skip
+
+
+def _order(given: str, conditions: tuple[str, ...]) -> tuple[str, ...]:
+    chosen = tuple(part.strip() for part in given.split(","))
+    if sorted(chosen) != sorted(conditions):
+        raise StudyError(
+            f'"{given}" is no order of these conditions',
+            f"Name each condition once: {','.join(sorted(conditions))}.",
+        )
+    return chosen
+
+
+def preflight_remark(folder: Path, protocol_sha256: str, override: str) -> str:
+    """Return what a session records of the preflight before it; empty if there is none of today.
+
+    Args:
+        folder: of the recordings.
+        protocol_sha256: of the protocol that is to be run.
+        override: why to begin although it is red; empty for no reason.
+
+    Raises:
+        StudyError: it is red, and no reason is given to begin all the same.
+    """
+    from study.shell.preflight.check import FRESH_HOURS, read_preflight  # noqa: PLC0415
+
+    found = read_preflight(folder)
+    if found is None or found.age_hours() > FRESH_HOURS:
+        return ""
+    remark = found.sentence
+    if found.protocol_sha256 != protocol_sha256:
+        remark += f"; of another protocol, {Path(found.protocol).name}"
+    if found.state != "red":
+        return remark
+    if not override.strip():
+        red = "; ".join(f"{c.name}: {c.found}" for c in found.checks if c.state == "red")
+        raise StudyError(
+            f"the preflight of {found.utc} is red ({red})",
+            "Mend it and run `study preflight` again, or give a reason to begin all the same: "
+            '--override-preflight "REASON"; it is recorded.',
+        )
+    return f"{remark}; begun all the same: {override.strip()[:200]}"
+
+
+def _table(found: Preflight) -> Table:
+    title = f"Preflight, {found.seconds:.0f} s: {MARKS[found.state]}"
+    table = Table("", "Check", "Found", "What to do", title=title, title_justify="left")
+    for check in found.checks:
+        advice = f"{check.advice} Wanted: {check.wanted}." if check.advice else ""
+        table.add_row(
+            f"[{COLOURS[check.state]}]{MARKS[check.state]}[/]", check.name,
+            escape(check.found), escape(advice),
+        )  # fmt: skip
+    return table

@@ -1,0 +1,181 @@
+"""A session before the participant comes: a simulated one takes their place, nothing is kept."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Iterator, Sequence
+
+from study.commands.composing import Assignment, session_opened
+from study.commands.recorded_scorers import recorded_weights
+from study.errors import StudyError
+from study.events.fields import Record
+from study.loading import LoadedProtocol
+from study.messages import messages_for
+from study.recording.wire import encode
+from study.screens import FleetScreen, Screen
+from study.seeding import stream_seed
+from study.session.consent import Consent
+from study.session.effects import RequestFit
+from study.session.session import Session
+from study.shell.conductor import Conductor
+from study.shell.fitting import FitAnswer, InlineFitter
+from study.shell.fleet import open_fleet
+from study.shell.preflight.check import Check
+from study.shell.virtual_loop import VirtualClock, run_virtual
+from study.simulated.operator import SimulatedOperator
+from study.simulated.parameters import draw_parameters
+
+RECORDS_BESIDE = 1.5
+"""Times what a session's records take: index, descriptors, and what only a window records."""
+
+
+class _Scales:
+    """Weighs what a session would record."""
+
+    def __init__(self) -> None:
+        self.bytes = 0
+
+    def write(self, record: Record, log_time_ns: int) -> int:  # noqa: ARG002
+        """Weigh one record."""
+        self.bytes += len(encode(record))
+        return 0
+
+    def write_together(self, records: Sequence[tuple[Record, int]]) -> int:
+        """Weigh records."""
+        for record, log_time_ns in records:
+            self.write(record, log_time_ns)
+        return 0
+
+    def ensure_durable(self, timeout_s: float) -> bool:  # noqa: ARG002
+        """Nothing is kept."""
+        return True
+
+
+class _WatchedFitter(InlineFitter):
+    """Keeps what became of each fit."""
+
+    def __init__(self, loaded: LoadedProtocol) -> None:
+        super().__init__(loaded.description, recorded_weights(loaded))
+        self.fits: list[tuple[RequestFit, FitAnswer]] = []
+
+    def poll(self, seconds: float = 0.0) -> FitAnswer | None:
+        """Return the answer, once."""
+        answer = super().poll(seconds)
+        if answer is not None:
+            self.fits.append((answer.request, answer))
+        return answer
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class Rehearsal:
+    """What a rehearsed session was like.
+
+    Attributes:
+        checks: of the sequence and of the fits.
+        fleet: the screen with the most robots; None if it came to none.
+        texts: all that the participant read.
+        bytes: that a session records at most.
+    """
+
+    checks: tuple[Check, ...]
+    fleet: FleetScreen | None
+    texts: frozenset[str]
+    bytes: int
+
+
+def rehearse(loaded: LoadedProtocol, assignment: Assignment) -> Rehearsal:
+    """Run a participant's sequence with a simulated participant in virtual time.
+
+    Args:
+        loaded: the protocol.
+        assignment: seed and order as the participant will have them.
+    """
+    messages = messages_for(loaded.protocol.study.language)
+    scales, clock = _Scales(), VirtualClock()
+    fleets: dict[int, FleetScreen] = {}
+    texts: set[str] = set()
+    last: list[Screen] = []
+
+    def see(screen: Screen) -> None:
+        last[:] = [screen]
+        if isinstance(screen, FleetScreen):
+            fleets[len(screen.tiles)] = screen
+        else:
+            texts.update(_texts(screen))
+
+    if loaded.protocol.consent:
+        see(Consent(loaded.protocol, messages).screen())
+    fleet = open_fleet(loaded.protocol.task.name, loaded.protocol.task.parameters)
+    fitter = _WatchedFitter(loaded)
+    session = Session(messages)
+    conductor = Conductor(
+        session, scales, fleet, fitter, epoch_ns=0, waits_for_disk=False, on_show=see
+    )
+    operator = SimulatedOperator(draw_parameters(1, 0), stream_seed(assignment.seed, "operator"))
+    failure, began = "", time.perf_counter()
+    try:
+        conductor.feed(session_opened(loaded, assignment))
+        run_virtual(conductor, operator, clock)
+    except StudyError as error:
+        failure = str(error)
+    finally:
+        fleet.close()
+    sequence = _sequence(failure, session, assignment, clock, time.perf_counter() - began)
+    return Rehearsal(
+        checks=(sequence, _fits(fitter.fits)),
+        fleet=fleets[max(fleets)] if fleets else None,
+        texts=frozenset(texts),
+        bytes=round(scales.bytes * RECORDS_BESIDE),
+    )
+
+
+def _sequence(
+    failure: str, session: Session, assignment: Assignment, clock: VirtualClock, took_s: float
+) -> Check:
+    wanted = "every stage passed"
+    order = " then ".join(assignment.order)
+    if failure or not session.complete:
+        return Check(
+            name="rehearsal", state="red", found=failure or f"ended early ({order})",
+            wanted=wanted, advice="Look at the protocol with `study simulate`.",
+        )  # fmt: skip
+    minutes = clock.now_ns / 60e9
+    return Check(
+        name="rehearsal", state="green",
+        found=f"{order}: {minutes:.0f} simulated minutes in {took_s:.1f} s", wanted=wanted,
+    )  # fmt: skip
+
+
+def _fits(fits: Sequence[tuple[RequestFit, FitAnswer]]) -> Check:
+    wanted = "each within half of its budget"
+    failed = [
+        f"{request.artefact_id}: {answer.reason}" for request, answer in fits if answer.reason
+    ]
+    if failed:
+        return Check(name="fits", state="red", found="; ".join(failed)[:300], wanted=wanted,
+                     advice="Ask for more choices or episodes in the protocol.")  # fmt: skip
+    if not fits:
+        return Check(name="fits", state="green", found="the protocol asks for none", wanted=wanted)
+    request, slowest = max(fits, key=lambda fit: fit[1].seconds / fit[0].budget_seconds)
+    share = slowest.seconds / request.budget_seconds
+    state = "red" if share >= 1 else "amber" if share >= 0.5 else "green"
+    return Check(
+        name="fits", state=state,
+        found=f"{len(fits)} fits; {request.artefact_id} took {slowest.seconds:.2f} s of "
+        f"{request.budget_seconds:g} s",
+        wanted=wanted,
+        advice="" if state == "green" else "Use a faster computer, or a larger fit_budget_seconds.",
+    )  # fmt: skip
+
+
+def _texts(value: object) -> Iterator[str]:
+    """Yield every text in a screen."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, tuple):
+        for item in value:
+            yield from _texts(item)
+    elif dataclasses.is_dataclass(value):
+        for field in dataclasses.fields(value):
+            yield from _texts(getattr(value, field.name))
