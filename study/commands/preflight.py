@@ -43,7 +43,7 @@ def preflight(
         float, typer.Option(help="Text 1 to 2 times the size that suits the window.")
     ] = 1.0,
     keys: Annotated[  # noqa: FBT002
-        bool, typer.Option(help="Ask for two keys to be held down together.")
+        bool, typer.Option("--keys/--no-keys", help="Ask for two keys to be held together.")
     ] = True,
     json: Annotated[bool, typer.Option("--json", help="Print the result for a program.")] = False,  # noqa: FBT002
 ) -> None:

@@ -70,12 +70,12 @@ def test_every_key_of_the_metadata_is_in_it() -> None:
 def test_the_command_writes_between_the_markers(tmp_path: Path) -> None:
     """What stands around the markers is kept, what stands between them replaced."""
     file = tmp_path / "reference.md"
-    file.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n", encoding="utf-8")
+    file.write_text(f"before\n{BEGIN}\nwas here before\n{END}\nafter\n", encoding="utf-8")
     assert main([str(file)]) == 0
     text = file.read_text(encoding="utf-8")
     assert text.startswith(f"before\n{BEGIN}\n")
     assert text.endswith(f"{END}\nafter\n")
-    assert "old" not in text
+    assert "was here before" not in text
     assert "`event/timestep`" in text
     with pytest.raises(ValueError, match="markers"):
         insert("no markers")
