@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import math
 import os
 import random
 import subprocess
@@ -32,10 +31,9 @@ from Xlib.display import Display  # noqa: E402
 from Xlib.ext import xtest  # noqa: E402
 
 import sample_screens as samples  # noqa: E402
-from study.events.inputs import KeyChanged, TimestepDue  # noqa: E402
-from study.events.shell import FrameIntervals  # noqa: E402
-from study.session.effects import SetPace  # noqa: E402
+from study.events.inputs import Input, KeyChanged, TimestepDue  # noqa: E402
 from study.shell.live_loop import LiveClock, LiveLoop  # noqa: E402
+from study.shell.preflight.rolling import NoRecorder, Rolling  # noqa: E402
 from study.shell.window import Window  # noqa: E402
 from x11_driver import Hands as Server  # noqa: E402
 from x11_driver import x_server  # noqa: E402
@@ -167,67 +165,27 @@ def plain_loop(name: str, display: str, seconds: float, *, deadlines: bool) -> M
     return Measured(name, np.diff(shown) / SECOND, latencies(hands.times(), handled), cpu, wall)
 
 
-class Recorder:
-    """Records nothing."""
+class Driving(Rolling):
+    """Robots that roll on at 8 timesteps a second, and lose health, until time is up."""
 
-    durable_sequence = sent_sequence = 0
-
-    def check(self, now_ns: int) -> None:
-        """Nothing fails."""
-
-    def take_remarks(self) -> list[str]:
-        """Nothing to remark."""
-        return []
-
-
-class Driving:
-    """In place of a session: robots that move at 8 timesteps a second, until time is up."""
-
-    fleet_pending = fit_pending = False
-
-    def __init__(self, robots: int, seconds: float, clock: object) -> None:
-
-        self._clock, self._until = clock, seconds * SECOND
-        self.screen = samples.fleet(robots, operated=4)
-        self.pace, self.pace_changed = SetPace(8.0), True
-        self.trial_id = 1
-        self.intervals: list[np.ndarray] = []
+    def __init__(self, robots: int, seconds: float, clock: LiveClock) -> None:
+        super().__init__(samples.fleet(robots, operated=4), 8.0, seconds, clock)
         self.handled: list[int] = []
-        self.finished = False
 
-    def observe(self, record: object) -> None:
-        """Keep the intervals between pictures."""
-        if isinstance(record, FrameIntervals):
-            self.intervals.append(record.intervals)
-
-    def feed(self, given: object) -> None:
+    def feed(self, given: Input) -> None:
         """Note a key; move the robots."""
+        super().feed(given)
         if isinstance(given, KeyChanged) and given.down:
             self.handled.append(time.perf_counter_ns())
         if isinstance(given, TimestepDue):
-            self._step(given.t_ns)
-
-    def _step(self, t_ns: int) -> None:
-        screen = self.screen
-        tiles = tuple(
-            dataclasses.replace(
-                tile,
-                x=(tile.x + 0.25 * math.cos(tile.heading)) % screen.scene.width,
-                y=(tile.y + 0.25 * math.sin(tile.heading)) % screen.scene.height,
-                heading=tile.heading + 0.1,
-                health=max(5.0, tile.health - 0.2),
+            self.screen = dataclasses.replace(
+                self.screen,
+                tiles=tuple(
+                    dataclasses.replace(tile, health=max(5.0, tile.health - 0.2))
+                    for tile in self.screen.tiles
+                ),
+                seconds_left=max(0.0, self.screen.seconds_left - 0.125),
             )
-            for tile in screen.tiles
-        )
-        left = max(0.0, screen.seconds_left - 0.125)
-        self.screen = dataclasses.replace(
-            screen, tiles=tiles, timestep=screen.timestep + 1, t_ns=t_ns, seconds_left=left
-        )
-
-    def collect(self, *_: object) -> bool:
-        """Nothing is awaited; time goes on."""
-        self.finished = self._clock.now() >= self._until
-        return False
 
 
 def window_loop(robots: int, display: str, seconds: float) -> Measured:
@@ -243,7 +201,7 @@ def window_loop(robots: int, display: str, seconds: float) -> Measured:
     clock = LiveClock()
     driving = Driving(robots, seconds, clock)
     began, cpu = time.perf_counter(), time.process_time()
-    LiveLoop(driving, window, Recorder(), clock).run()
+    LiveLoop(driving, window, NoRecorder(), clock).run()
     cpu, wall = time.process_time() - cpu, time.perf_counter() - began
     window.close()
     intervals = np.concatenate(driving.intervals)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,23 @@ MAX_BYTES = 4_000_000
 MAX_TENSORS = 64
 
 Floats = npt.NDArray[np.float64]
+Layers = Sequence[tuple[npt.NDArray[np.floating], npt.NDArray[np.floating]]]
 Tensors = Mapping[str, npt.NDArray[Any]]
+
+
+def forward(layers: Layers, features: Floats) -> Floats:
+    """Return the outputs float64 [..., out] of layers with ReLU between them.
+
+    Args:
+        layers: (weight [out, in], bias [out]) pairs.
+        features: float64 [..., in].
+    """
+    values = features
+    *hidden, (weight, bias) = layers
+    for inner_weight, inner_bias in hidden:
+        values = np.maximum(values @ inner_weight.T + inner_bias, 0.0)
+    outputs: Floats = values @ weight.T + bias
+    return outputs
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -32,12 +48,7 @@ class Perceptron:
 
     def __call__(self, features: Floats) -> Floats:
         """Return the outputs float64 [..., out] for features [..., in]."""
-        values = features
-        *hidden, (weight, bias) = self.layers
-        for inner_weight, inner_bias in hidden:
-            values = np.maximum(values @ inner_weight.T + inner_bias, 0.0)
-        outputs: Floats = values @ weight.T + bias
-        return outputs
+        return forward(self.layers, features)
 
     def tensors(self, name: str) -> dict[str, npt.NDArray[np.float32]]:
         """Return the layers by tensor name, to be saved."""

@@ -13,7 +13,6 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-import os
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -21,6 +20,7 @@ from typing import Any
 
 from study.errors import StudyError
 from study.trial_tables import COLUMNS
+from study.whole_file import replace_text
 
 FORMAT = 1
 MAX_BYTES = 16_000_000
@@ -284,16 +284,9 @@ def _digest(content: object) -> str:
 
 
 def _write(path: Path, record: object) -> None:
-    part = path.with_name(f".{path.name}.part")
     text = json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     try:
-        part.unlink(missing_ok=True)
-        descriptor = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-        with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as stream:
-            stream.write(text)
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.replace(part, path)  # noqa: PTH105 - Path.replace reads as a change of text
+        replace_text(path, text, private=True)
     except OSError as error:
         raise StudyError(f"{path} cannot be written: {error.strerror}") from error
 

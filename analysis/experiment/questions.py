@@ -8,7 +8,7 @@ the demonstrations that were gathered so.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pandas as pd
 
@@ -63,25 +63,31 @@ def _prediction(experiment: Experiment) -> Iterator[Contrast | None]:
 
 
 def _reward(experiment: Experiment) -> Iterator[Contrast | None]:
-    if experiment.luce is None:
-        return
-    for dwell in experiment.dwells:
-        wide = by_scorer(runs_at(experiment, dwell), "team_reward")
-        for other in experiment.scorers:
-            if other not in (experiment.luce, CORRECTED):
-                words = f"team reward, dwell {dwell}"
-                yield paired("H2", words, "points", wide, experiment.luce, other)
+    return _luce_against_others(experiment, "H2", runs_at, "team_reward", "team reward")
 
 
 def _impact(experiment: Experiment) -> Iterator[Contrast | None]:
+    return _luce_against_others(
+        experiment, "impact", policies_at, "policy_reward", "policy’s reward"
+    )
+
+
+def _luce_against_others(
+    experiment: Experiment,
+    question: str,
+    rows_at: Callable[[Experiment, int], pd.DataFrame],
+    measure: str,
+    words: str,
+) -> Iterator[Contrast | None]:
+    """Yield Luce's scorer against each other one, in points, dwell by dwell."""
     if experiment.luce is None:
         return
     for dwell in experiment.dwells:
-        wide = by_scorer(policies_at(experiment, dwell), "policy_reward")
+        wide = by_scorer(rows_at(experiment, dwell), measure)
+        named = f"{words}, dwell {dwell}"
         for other in experiment.scorers:
             if other not in (experiment.luce, CORRECTED):
-                words = f"policy’s reward, dwell {dwell}"
-                yield paired("impact", words, "points", wide, experiment.luce, other)
+                yield paired(question, named, "points", wide, experiment.luce, other)
 
 
 def _correction(experiment: Experiment) -> Iterator[Contrast | None]:

@@ -60,42 +60,36 @@ GATE_COLUMNS = (
 
 def build_calibration(study: StudyRecordings) -> Table:
     """Build the reliability table: predicted probabilities against shares chosen."""
-    rows = []
-    for session in study.sessions:
-        for fit, found in _grouped(session, BIN_METRIC):
-            rows += [
-                {
-                    **_keys(session, fit),
-                    "bin": number,
-                    "low": (number - 1) / BINS,
-                    "high": number / BINS,
-                    "robots": round(values["robots"]),
-                    "predicted": values["predicted"],
-                    "chosen": values["chosen"],
-                }
-                for number, values in sorted(found.items())
-            ]
+    rows = [
+        {
+            **fit,
+            "bin": number,
+            "low": (number - 1) / BINS,
+            "high": number / BINS,
+            "robots": round(values["robots"]),
+            "predicted": values["predicted"],
+            "chosen": values["chosen"],
+        }
+        for fit, number, values in _numbered(study, BIN_METRIC)
+    ]
     text = "One row a bin of predicted probability of a fit, over its held-out choices."
     return Table.from_rows("calibration", text, CALIBRATION_COLUMNS, rows)
 
 
 def build_held_out(study: StudyRecordings) -> Table:
     """Build the table of held-out trials."""
-    rows = []
-    for session in study.sessions:
-        for fit, found in _grouped(session, TRIAL_METRIC):
-            rows += [
-                {
-                    **_keys(session, fit),
-                    "trial_id": trial_id,
-                    "choices": round(values["choices"]),
-                    "log_likelihood": values["log_likelihood_per_choice"],
-                    "chance_log_likelihood": values["chance_log_likelihood"],
-                    "top1": values["top1"],
-                    "chance_top1": values["chance_top1"],
-                }
-                for trial_id, values in sorted(found.items())
-            ]
+    rows = [
+        {
+            **fit,
+            "trial_id": trial_id,
+            "choices": round(values["choices"]),
+            "log_likelihood": values["log_likelihood_per_choice"],
+            "chance_log_likelihood": values["chance_log_likelihood"],
+            "top1": values["top1"],
+            "chance_top1": values["chance_top1"],
+        }
+        for fit, trial_id, values in _numbered(study, TRIAL_METRIC)
+    ]
     text = "One row a trial held out from a fit."
     return Table.from_rows("held_out_trials", text, HELD_OUT_COLUMNS, rows)
 
@@ -126,18 +120,19 @@ def build_gates(study: StudyRecordings) -> Table:
     return Table.from_rows("fit_gates", text, GATE_COLUMNS, rows)
 
 
-def _grouped(
-    session: Session, pattern: re.Pattern[str]
-) -> Iterator[tuple[FitApplied, dict[int, dict[str, float]]]]:
-    """Yield each fit with its measures whose names have a number in them, by that number."""
-    for fit in applied_fits(session).values():
-        found: dict[int, dict[str, float]] = {}
-        for name, value in zip(fit.metric_names, fit.metric_values.tolist(), strict=True):
-            match = pattern.fullmatch(name)
-            if match:
-                found.setdefault(int(match[1]), {})[match[2]] = value
-        if found:
-            yield fit, found
+def _numbered(
+    study: StudyRecordings, pattern: re.Pattern[str]
+) -> Iterator[tuple[dict[str, object], int, dict[str, float]]]:
+    """Yield the measures whose names have a number in them: of which fit, the number, and them."""
+    for session in study.sessions:
+        for fit in applied_fits(session).values():
+            found: dict[int, dict[str, float]] = {}
+            for name, value in zip(fit.metric_names, fit.metric_values.tolist(), strict=True):
+                match = pattern.fullmatch(name)
+                if match:
+                    found.setdefault(int(match[1]), {})[match[2]] = value
+            for number, values in sorted(found.items()):
+                yield _keys(session, fit), number, values
 
 
 def _keys(session: Session, fit: FitApplied) -> dict[str, object]:

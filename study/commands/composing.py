@@ -10,9 +10,11 @@ import platform
 import re
 import secrets
 import time
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
+from study.errors import StudyError
 from study.events.inputs import SessionOpened
 from study.events.shell import ClockPair
 from study.loading import LoadedProtocol
@@ -171,6 +173,21 @@ def lock_warning(loaded: LoadedProtocol) -> str:
 def clock_pair(t_ns: int) -> ClockPair:
     """Return monotonic and wall time, read together."""
     return ClockPair(t_ns=t_ns, utc_ns=time.time_ns())
+
+
+def parse_order(given: str, conditions: Sequence[str]) -> tuple[str, ...]:
+    """Return conditions given in order, separated by commas; none if nothing is given.
+
+    Raises:
+        StudyError: they are not each of the conditions once.
+    """
+    chosen = tuple(part.strip() for part in given.split(",") if part.strip())
+    if chosen and sorted(chosen) != sorted(conditions):
+        raise StudyError(
+            f'"{given}" is no order of these conditions',
+            f"Name each condition once: {','.join(sorted(conditions))}.",
+        )
+    return chosen
 
 
 def seed_from(text: str) -> int:

@@ -9,7 +9,7 @@ from typing import Literal
 
 from rich.markup import escape
 
-from study.commands.composing import Assignment, seed_from
+from study.commands.composing import Assignment, parse_order, seed_from
 from study.commands.resuming import Boundary
 from study.commands.terminal import errors
 from study.enrolment.importing import NOT_UNDERSTOOD, bring_in_step
@@ -50,7 +50,7 @@ def assign(
     if participant:
         participant = check_participant(participant)
     conditions = [condition.name for condition in loaded.protocol.conditions]
-    chosen = _order(order, conditions)
+    chosen = parse_order(order, conditions)
     with Register(folder) as register:
         bring_in_step(register)
         reserved = register.reserve(
@@ -69,16 +69,6 @@ def assign(
         operator_kind="person",
         pilot=reserved.pilot,
     )
-
-
-def _order(given: str, conditions: list[str]) -> tuple[str, ...]:
-    chosen = tuple(part.strip() for part in given.split(",") if part.strip())
-    if chosen and (set(chosen) != set(conditions) or len(chosen) != len(conditions)):
-        raise StudyError(
-            f'"{given}" is no order of these conditions',
-            f"Name each condition once: {','.join(sorted(conditions))}.",
-        )
-    return chosen
 
 
 def who_broke_off(loaded: LoadedProtocol, folder: Path) -> str:

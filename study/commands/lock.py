@@ -12,10 +12,10 @@ import typer
 from rich.markup import escape
 
 from study.commands.terminal import console
-from study.commands.whole_file import replace_text
 from study.errors import StudyError
 from study.loading import LoadedProtocol, load_protocol
 from study.recording.plan_lock import PlanLock, canonical_rules, lock_path, read_lock
+from study.whole_file import replace_text
 
 
 def lock(

@@ -6,8 +6,8 @@ import json
 from pathlib import Path
 from typing import Literal
 
-from study.commands.whole_file import replace_text
 from study.errors import StudyError
+from study.whole_file import replace_text
 
 COUNTS = "not_taking_part.json"
 """File beside the recordings that holds, by study, how many declined and how many erased."""

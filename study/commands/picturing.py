@@ -9,40 +9,19 @@ from pathlib import Path
 
 import pygame
 
-from study.commands.composing import session_opened
 from study.commands.recorded_scorers import recorded_weights
 from study.commands.simulating import simulated_assignments
+from study.commands.unrecorded import run_unrecorded
 from study.errors import StudyError
-from study.events.fields import Record
 from study.loading import LoadedProtocol
 from study.messages import Messages
 from study.screens import FleetScreen, PageScreen, PauseScreen, Screen, SurveyScreen, WaitScreen
-from study.seeding import stream_seed
-from study.session.consent import Consent
-from study.session.session import Session
-from study.shell.conductor import Conductor
 from study.shell.drawing.renderer import Renderer
 from study.shell.fitting import InlineFitter
-from study.shell.fleet import open_fleet
-from study.shell.virtual_loop import VirtualClock, run_virtual
-from study.simulated.operator import SimulatedOperator
-from study.simulated.parameters import draw_parameters
+from study.shell.virtual_loop import VirtualClock
 
 MOMENT = 67
 """Timestep of a trial that is pictured; the last one if the trial is shorter."""
-
-
-class _NoRecorder:
-    """A session that is only looked at is not recorded."""
-
-    def write(self, record: Record, log_time_ns: int) -> int:  # noqa: ARG002
-        return 0
-
-    def write_together(self, records: Sequence[tuple[Record, int]]) -> int:  # noqa: ARG002
-        return 0
-
-    def ensure_durable(self, timeout_s: float) -> bool:  # noqa: ARG002
-        return True
 
 
 class _Album:
@@ -108,28 +87,13 @@ def screens_of(loaded: LoadedProtocol, messages: Messages) -> dict[str, tuple[Sc
     (assignment,) = simulated_assignments(loaded, 1, seed=1)
     clock = VirtualClock()
     album = _Album(clock)
-    if loaded.protocol.consent:
-        # Simulated participants are not asked.
-        album.keep(Consent(loaded.protocol, messages).screen())
-    fleet = open_fleet(loaded.protocol.task.name, loaded.protocol.task.parameters)
-    conductor = Conductor(
-        Session(messages),
-        _NoRecorder(),
-        fleet,
-        InlineFitter(loaded.description, recorded_weights(loaded)),
-        epoch_ns=0,
-        waits_for_disk=False,
-        on_show=album.keep,
-    )
-    operator = SimulatedOperator(draw_parameters(1, 0), stream_seed(assignment.seed, "operator"))
-    conductor.feed(session_opened(loaded, assignment))
-    run_virtual(conductor, operator, clock)
+    fitter = InlineFitter(loaded.description, recorded_weights(loaded))
+    run_unrecorded(loaded, assignment, messages, clock, fitter=fitter, on_show=album.keep)
     album.keep(PauseScreen(reason="", confirm_stop=False, can_erase=True))
     for question in ("confirm_stop", "confirm_erase"):
         asked = PauseScreen(reason="", confirm_stop=question == "confirm_stop", can_erase=True,
                             confirm_erase=question == "confirm_erase")  # fmt: skip
         album.kept[f"pause_{question}"] = (asked, clock.now_ns)
-    fleet.close()
     return album.kept
 
 

@@ -54,24 +54,22 @@ def preflight(
     """
     from study.commands.run import parse_size  # noqa: PLC0415
     from study.commands.running import Seat  # noqa: PLC0415 - pygame is slow to import
-    from study.commands.whole_file import replace_text  # noqa: PLC0415
     from study.shell.preflight.check import FILE, as_json  # noqa: PLC0415
     from study.shell.window import check_ui_scale  # noqa: PLC0415
+    from study.whole_file import replace_text  # noqa: PLC0415
 
     require_pygame_ce()
     loaded = load_protocol(protocol)
     seat = Seat(parse_size(size), fullscreen=fullscreen, ui_scale=check_ui_scale(ui_scale))
     found = _look(loaded, order, output, seat, with_keys=keys)
-    text = as_json(found)
     try:
         output.mkdir(parents=True, exist_ok=True, mode=0o700)
-        replace_text(output / FILE, found.model_dump_json(indent=1) + "\n")
-        (output / FILE).chmod(0o600)
+        replace_text(output / FILE, found.model_dump_json(indent=1) + "\n", private=True)
     except OSError as error:
         errors.print(f"[yellow]The result cannot be kept in {escape(str(output))}:[/] "
                      f"{escape(error.strerror or str(error))}")  # fmt: skip
     if json:
-        sys.stdout.write(text + "\n")
+        sys.stdout.write(as_json(found) + "\n")
     else:
         console.print(_table(found))
     if found.state == "red":
@@ -99,6 +97,7 @@ def _checks(
     loaded: LoadedProtocol, order: str, folder: Path, seat: Seat, *, with_keys: bool
 ) -> Iterator[Check]:
     """Make all checks; those in the window last, so that the experimenter is not kept there."""
+    from study.commands.composing import parse_order  # noqa: PLC0415
     from study.commands.rehearsing import rehearse  # noqa: PLC0415
     from study.commands.simulating import simulated_assignments  # noqa: PLC0415
     from study.shell.preflight import display, keys, machine  # noqa: PLC0415
@@ -107,8 +106,8 @@ def _checks(
     protocol = loaded.protocol
     clocks = machine.Clocks()
     (assignment,) = simulated_assignments(loaded, 1, seed=1)
-    if order:
-        assignment = dataclasses.replace(assignment, order=_order(order, assignment.order))
+    if chosen := parse_order(order, assignment.order):
+        assignment = dataclasses.replace(assignment, order=chosen)
     rehearsal = rehearse(loaded, assignment)
     yield from rehearsal.checks
     yield machine.disk_space(folder, rehearsal.bytes)
@@ -132,16 +131,6 @@ def _checks(
             yield Check(name=keys.NAME, state="amber", found="not tried (--no-keys)",
                         wanted="two keys held down at once",
                         advice="Try the keyboard by hand.")  # fmt: skip
-
-
-def _order(given: str, conditions: tuple[str, ...]) -> tuple[str, ...]:
-    chosen = tuple(part.strip() for part in given.split(","))
-    if sorted(chosen) != sorted(conditions):
-        raise StudyError(
-            f'"{given}" is no order of these conditions',
-            f"Name each condition once: {','.join(sorted(conditions))}.",
-        )
-    return chosen
 
 
 def preflight_remark(folder: Path, protocol_sha256: str, override: str) -> str:

@@ -6,31 +6,25 @@ import dataclasses
 import time
 from collections.abc import Iterator, Sequence
 
-from study.commands.composing import Assignment, session_opened
+from study.commands.composing import Assignment
 from study.commands.recorded_scorers import recorded_weights
+from study.commands.unrecorded import NoRecorder, run_unrecorded
 from study.errors import StudyError
 from study.events.fields import Record
 from study.loading import LoadedProtocol
 from study.messages import messages_for
 from study.recording.wire import encode
 from study.screens import FleetScreen, Screen
-from study.seeding import stream_seed
-from study.session.consent import Consent
 from study.session.effects import RequestFit
-from study.session.session import Session
-from study.shell.conductor import Conductor
 from study.shell.fitting import FitAnswer, InlineFitter
-from study.shell.fleet import open_fleet
 from study.shell.preflight.check import Check
-from study.shell.virtual_loop import VirtualClock, run_virtual
-from study.simulated.operator import SimulatedOperator
-from study.simulated.parameters import draw_parameters
+from study.shell.virtual_loop import VirtualClock
 
 RECORDS_BESIDE = 1.5
 """Times what a session's records take: index, descriptors, and what only a window records."""
 
 
-class _Scales:
+class _Scales(NoRecorder):
     """Weighs what a session would record."""
 
     def __init__(self) -> None:
@@ -40,16 +34,6 @@ class _Scales:
         """Weigh one record."""
         self.bytes += len(encode(record))
         return 0
-
-    def write_together(self, records: Sequence[tuple[Record, int]]) -> int:
-        """Weigh records."""
-        for record, log_time_ns in records:
-            self.write(record, log_time_ns)
-        return 0
-
-    def ensure_durable(self, timeout_s: float) -> bool:  # noqa: ARG002
-        """Nothing is kept."""
-        return True
 
 
 class _WatchedFitter(InlineFitter):
@@ -91,37 +75,35 @@ def rehearse(loaded: LoadedProtocol, assignment: Assignment) -> Rehearsal:
         loaded: the protocol.
         assignment: seed and order as the participant will have them.
     """
-    messages = messages_for(loaded.protocol.study.language)
     scales, clock = _Scales(), VirtualClock()
+    fitter = _WatchedFitter(loaded)
     fleets: dict[int, FleetScreen] = {}
     texts: set[str] = set()
-    last: list[Screen] = []
 
     def see(screen: Screen) -> None:
-        last[:] = [screen]
         if isinstance(screen, FleetScreen):
             fleets[len(screen.tiles)] = screen
         else:
             texts.update(_texts(screen))
 
-    if loaded.protocol.consent:
-        see(Consent(loaded.protocol, messages).screen())
-    fleet = open_fleet(loaded.protocol.task.name, loaded.protocol.task.parameters)
-    fitter = _WatchedFitter(loaded)
-    session = Session(messages)
-    conductor = Conductor(
-        session, scales, fleet, fitter, epoch_ns=0, waits_for_disk=False, on_show=see
-    )
-    operator = SimulatedOperator(draw_parameters(1, 0), stream_seed(assignment.seed, "operator"))
-    failure, began = "", time.perf_counter()
+    complete, failure, began = False, "", time.perf_counter()
     try:
-        conductor.feed(session_opened(loaded, assignment))
-        run_virtual(conductor, operator, clock)
+        complete = run_unrecorded(
+            loaded,
+            assignment,
+            messages_for(loaded.protocol.study.language),
+            clock,
+            fitter=fitter,
+            on_show=see,
+            recorder=scales,
+        ).complete
     except StudyError as error:
         failure = str(error)
-    finally:
-        fleet.close()
-    sequence = _sequence(failure, session, assignment, clock, time.perf_counter() - began)
+    order = " then ".join(assignment.order)
+    if not complete:
+        failure = failure or f"ended early ({order})"
+    took = f"{order}: {clock.now_ns / 60e9:.0f} simulated minutes in "
+    sequence = _sequence(failure, f"{took}{time.perf_counter() - began:.1f} s")
     return Rehearsal(
         checks=(sequence, _fits(fitter.fits)),
         fleet=fleets[max(fleets)] if fleets else None,
@@ -130,21 +112,12 @@ def rehearse(loaded: LoadedProtocol, assignment: Assignment) -> Rehearsal:
     )
 
 
-def _sequence(
-    failure: str, session: Session, assignment: Assignment, clock: VirtualClock, took_s: float
-) -> Check:
+def _sequence(failure: str, course: str) -> Check:
     wanted = "every stage passed"
-    order = " then ".join(assignment.order)
-    if failure or not session.complete:
-        return Check(
-            name="rehearsal", state="red", found=failure or f"ended early ({order})",
-            wanted=wanted, advice="Look at the protocol with `study simulate`.",
-        )  # fmt: skip
-    minutes = clock.now_ns / 60e9
-    return Check(
-        name="rehearsal", state="green",
-        found=f"{order}: {minutes:.0f} simulated minutes in {took_s:.1f} s", wanted=wanted,
-    )  # fmt: skip
+    if failure:
+        return Check(name="rehearsal", state="red", found=failure, wanted=wanted,
+                     advice="Look at the protocol with `study simulate`.")  # fmt: skip
+    return Check(name="rehearsal", state="green", found=course, wanted=wanted)
 
 
 def _fits(fits: Sequence[tuple[RequestFit, FitAnswer]]) -> Check:

@@ -8,12 +8,12 @@ register.
 from __future__ import annotations
 
 import json
-import os
 import sqlite3
 from contextlib import closing
 from pathlib import Path
 
 from study.errors import StudyError
+from study.whole_file import replace_text
 
 FILE_NAME = "participants.sqlite"
 TOMBSTONES = "withdrawn.json"
@@ -59,14 +59,8 @@ def add_tombstone(folder: Path, study: str, pseudonym: str, utc: str) -> None:
     found = tombstones(folder)
     found.setdefault(study, {}).setdefault(pseudonym, utc)
     path = folder / TOMBSTONES
-    part = path.with_name(f".{path.name}.part")
     try:
-        descriptor = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
-        with os.fdopen(descriptor, "w", encoding="utf-8") as stream:
-            stream.write(json.dumps(found, indent=2, sort_keys=True) + "\n")
-            stream.flush()
-            os.fsync(stream.fileno())
-        part.replace(path)
+        replace_text(path, json.dumps(found, indent=2, sort_keys=True) + "\n", private=True)
     except OSError as error:
         raise StudyError(f"{path} cannot be written: {error.strerror}") from error
 

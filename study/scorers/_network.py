@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from study.events.task_description import StateField, TaskDescription
 from study.features import Standardisation, encode
+from study.perceptron import forward
 
 Floats = npt.NDArray[np.float64]
 
@@ -80,10 +81,7 @@ class Network:
             float64 [...].
         """
         values = encode(states, self.fields, standard=self.standard)
-        *hidden, (weight, bias) = self.layers
-        for inner_weight, inner_bias in hidden:
-            values = np.maximum(values @ inner_weight.T + inner_bias, 0.0)
-        scores: Floats = (values @ weight.T + bias)[..., 0]
+        scores: Floats = forward(self.layers, values)[..., 0]
         return scores
 
     def to_bytes(self) -> bytes:

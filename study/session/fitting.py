@@ -18,7 +18,7 @@ from study.session.effects import EnsureDurable, RequestFit
 from study.session.fit_gate import FitEnd, judge
 from study.session.plan import FitPlan, PreparationPlan
 from study.session.rules import WARM_STARTS
-from study.session.stage import QuietStage
+from study.session.stage import PassingStage, QuietStage
 from study.training_sets import arrays_sha256, choice_sets, demonstrations
 
 
@@ -64,14 +64,14 @@ def fit_request(
     )
 
 
-class PreparationStage(QuietStage):
+class PreparationStage(PassingStage):
     """Asks for a fit in the background, and is over at once."""
 
     kind = "preparation"
 
     def __init__(self, plan: PreparationPlan, context: Context) -> None:
+        super().__init__(context)
         self._plan = plan
-        self._context = context
 
     def enter(self, t_ns: int, out: Outbox) -> bool:
         """Ask for the fit, if there is anything to fit to."""
@@ -91,14 +91,6 @@ class PreparationStage(QuietStage):
             )
             out.effects.append(request)
         return True
-
-    def handle(self, given: Input, out: Outbox) -> bool:  # noqa: ARG002 - it is over when entered
-        """Nothing reaches it."""
-        return True
-
-    def screen(self) -> Screen:
-        """Return nothing worth seeing: it is over when it is entered."""
-        return WaitScreen(title=self._context.say("One moment"), text="", progress=-1.0)
 
 
 def take_preparation(given: FitEnd, context: Context) -> bool:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from study.events.events import Deviation
-from study.events.inputs import Input
-from study.screens import Screen, WaitScreen
 from study.session.context import Context, Knowledge, Outbox
 from study.session.plan import FitPlan, PagesPlan, PreparationPlan, StagePlan, TrialPlan
-from study.session.stage import QuietStage
+from study.session.stage import PassingStage
 
 
 def is_passed_over(plan: StagePlan, knowledge: Knowledge) -> bool:
@@ -18,14 +16,14 @@ def is_passed_over(plan: StagePlan, knowledge: Knowledge) -> bool:
     return bool(unasked or (plan.needs and plan.needs not in knowledge.artefacts))
 
 
-class SkippedStage(QuietStage):
+class SkippedStage(PassingStage):
     """Over as soon as it is entered."""
 
     kind = "skipped"
 
     def __init__(self, plan: StagePlan, context: Context) -> None:
+        super().__init__(context)
         self._plan = plan
-        self._context = context
 
     def enter(self, t_ns: int, out: Outbox) -> bool:
         """Nothing is to be done; a correction round that cannot be held is a deviation."""
@@ -34,11 +32,3 @@ class SkippedStage(QuietStage):
             text = f"{plan.needs} could not be fitted, so it cannot drive a fleet"
             out.events.append(Deviation(t_ns, f"{plan.name}_skipped", text, -1))
         return True
-
-    def handle(self, given: Input, out: Outbox) -> bool:  # noqa: ARG002 - it is over when entered
-        """Nothing reaches it."""
-        return True
-
-    def screen(self) -> Screen:
-        """Return nothing worth seeing: it is over when it is entered."""
-        return WaitScreen(title=self._context.say("One moment"), text="", progress=-1.0)

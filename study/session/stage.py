@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Protocol
 
 from study.events.inputs import Input
-from study.screens import Screen
-from study.session.context import Outbox
+from study.screens import Screen, WaitScreen
+from study.session.context import Context, Outbox
 
 
 class Stage(Protocol):
@@ -53,3 +53,18 @@ class QuietStage:
 
     def break_off(self, t_ns: int, out: Outbox) -> None:
         """Nothing is open."""
+
+
+class PassingStage(QuietStage):
+    """A stage that is over as soon as it is entered: nothing reaches it, nobody sees it."""
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+
+    def handle(self, given: Input, out: Outbox) -> bool:  # noqa: ARG002 - stages are fed alike
+        """Nothing reaches it."""
+        return True
+
+    def screen(self) -> Screen:
+        """Return nothing worth seeing."""
+        return WaitScreen(title=self._context.say("One moment"), text="", progress=-1.0)

@@ -2,34 +2,21 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from analysis.commands.report import write_experiment_report
 from made_up_trials import made_up_results
-from node_packages import install_packages
-from patience import PATIENCE_S
-from x11_driver import require_program
-
-TOOLS = Path(__file__).parent
+from report_in_browser import inspect
 
 
 @pytest.fixture(scope="module")
 def seen(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """What headless Chromium finds in a report of made-up results."""
-    node, chromium = require_program("node"), require_program("chromium")
-    install_packages(TOOLS)
     folder = tmp_path_factory.mktemp("experiment")
     report = write_experiment_report([made_up_results(folder / "results")], folder / "report")
-    command = [node, str(TOOLS / "inspect_report.mjs"), chromium, str(report)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
-    assert done.returncode == 0, done.stderr[-4000:]
-    found: dict[str, Any] = json.loads(done.stdout)
-    return found
+    return inspect(report)
 
 
 @pytest.mark.parametrize("view", ["light", "dark", "narrow"])

@@ -12,10 +12,9 @@ from study.screens import FleetScreen, Tile
 from study.shell.drawing import chrome, frames, header, legend, palette
 from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.grid import TilePlace, place_enlarged, place_tiles
-from study.shell.drawing.maps import MapView
 from study.shell.drawing.motion import Motion
 from study.shell.drawing.plate import PlateLook
-from study.shell.drawing.tile import TileView, body_of, draw_tile, look_key
+from study.shell.drawing.tile import TileView, draw_tile, looks_of
 
 MESSAGE_HEIGHT = 36
 NOBODY = noted("You are not driving a robot at the moment.")
@@ -138,11 +137,10 @@ class FleetPainter:
             _draw_message(canvas, message, places.message)
         for shown in self._views(canvas, screen, places, now_ns, since):
             name = (shown.tile.robot, shown.place.single)
-            body = body_of(MapView(screen.scene, shown.place.map), shown)
-            key = (look_key(screen.scene, shown), body)
-            if self._shown.get(name) != key:
-                self._shown[name] = key
-                draw_tile(canvas, screen.scene, shown, body)
+            looks = looks_of(screen.scene, shown)
+            if self._shown.get(name) != looks:
+                self._shown[name] = looks
+                draw_tile(canvas, screen.scene, shown, looks)
                 changed.append(frames.frame_rect(canvas, shown.place))
         # The operated robot's large tile replaces another's in the same place.
         for name in [n for n in self._shown if n[1] and n[0] != screen.operated]:

@@ -50,17 +50,6 @@ class TileView:
     ground: Colour = palette.PAGE
 
 
-def look_key(scene: Scene, shown: TileView) -> tuple[object, object]:
-    """Return all that the look of a tile without its robot depends on: without health, and that."""
-    tile, place, look = shown.tile, shown.place, shown.look
-    cue = None if tile.cue is None else (tile.cue.kind, round(tile.cue.amount, 1))
-    if tile.cue is not None and tile.cue.kind == "stuck":
-        cue = (tile.cue.kind, round(tile.cue.amount))
-    lost = cue if tile.cue is not None and tile.cue.kind == "damage" else None
-    ground = plate.plate_colour(place, tile, look)
-    return (scene, place, cue, look), (place, ground, look.driven, round(tile.health), lost)
-
-
 class Body(NamedTuple):
     """All that the look of a tile's robot depends on. Two that are equal look the same.
 
@@ -80,7 +69,36 @@ class Body(NamedTuple):
     landing: float
 
 
-def body_of(view: maps.MapView, shown: TileView) -> Body:
+class Looks(NamedTuple):
+    """All that the look of a tile depends on. Two that are equal look the same.
+
+    Attributes:
+        still: of what stands still, but for the health.
+        health: of its row.
+        body: of the robot.
+    """
+
+    still: object
+    health: object
+    body: Body
+
+
+def looks_of(scene: Scene, shown: TileView) -> Looks:
+    """Return all that the look of a tile depends on."""
+    tile, place, look = shown.tile, shown.place, shown.look
+    cue = None if tile.cue is None else (tile.cue.kind, round(tile.cue.amount, 1))
+    if tile.cue is not None and tile.cue.kind == "stuck":
+        cue = (tile.cue.kind, round(tile.cue.amount))
+    lost = cue if tile.cue is not None and tile.cue.kind == "damage" else None
+    ground = plate.plate_colour(place, tile, look)
+    return Looks(
+        still=(scene, place, cue, look),
+        health=(place, ground, look.driven, round(tile.health), lost),
+        body=_body_of(maps.MapView(scene, place.map), shown),
+    )
+
+
+def _body_of(view: maps.MapView, shown: TileView) -> Body:
     """Return where and how a tile's robot is drawn."""
     pose, driven = shown.pose, shown.look.driven
     x, y = view.robot_point(pose.x, pose.y, driven=driven)
@@ -93,7 +111,7 @@ def body_of(view: maps.MapView, shown: TileView) -> Body:
     return Body(round(x), round(y), trail, heading_step(pose.heading), ring, shown.landing)
 
 
-def draw_tile(canvas: Canvas, scene: Scene, shown: TileView, body: Body | None = None) -> None:
+def draw_tile(canvas: Canvas, scene: Scene, shown: TileView, looks: Looks | None = None) -> None:
     """Draw a tile. All but its robot is painted anew only when it changes.
 
     Health changes often and on many tiles at once: it is kept apart from the rest.
@@ -102,22 +120,21 @@ def draw_tile(canvas: Canvas, scene: Scene, shown: TileView, body: Body | None =
         canvas: to draw on.
         scene: the map.
         shown: the tile.
-        body: what `body_of` says of it, where that is known.
+        looks: what `looks_of` says of it, where that is known.
     """
     place, tile, look = shown.place, shown.tile, shown.look
-    view = maps.MapView(scene, place.map)
-    body = body or body_of(view, shown)
-    key, health_key = look_key(scene, shown)
+    looks = looks or looks_of(scene, shown)
+    body, view = looks.body, maps.MapView(scene, place.map)
     canvas.remember(
         ("tile", tile.robot, place.single),
-        key,
+        looks.still,
         frames.frame_rect(canvas, place),
         lambda: _draw_still(canvas, scene, shown),
     )
     row = plate.health_row(canvas, place)
     canvas.remember(
         ("health", tile.robot, place.single),
-        health_key,
+        looks.health,
         row.place,
         lambda: plate.draw_health(canvas, row, tile, boxed=look.driven),
     )

@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 import os
 import time
 from collections.abc import Iterable
 
 import numpy as np
-import numpy.typing as npt
 import pygame
 
-from study.events.fields import Record
-from study.events.inputs import Input, TimestepDue
-from study.events.shell import FrameIntervals
 from study.screens import FleetScreen
-from study.session.effects import SetPace
 from study.shell.drawing.lettering import FILES, FONTS
 from study.shell.live_loop import LiveClock, LiveLoop
 from study.shell.preflight.check import Check, Limits
+from study.shell.preflight.rolling import NoRecorder, Rolling
 from study.shell.punctuality import LATE_PERIODS
 from study.shell.window import SMALLEST, Window
 
@@ -90,63 +85,6 @@ def display(window: Window, measured_hz: float) -> Check:
     return Check(name="display", state="green", found=found, wanted=wanted)
 
 
-class _NoRecorder:
-    """Nothing is recorded of a test, and nothing fails."""
-
-    durable_sequence = sent_sequence = 0
-
-    def check(self, now_ns: int) -> None:
-        """Nothing fails."""
-
-    def take_remarks(self) -> list[str]:
-        """Nothing to remark."""
-        return []
-
-
-class _Rolling:
-    """In place of a session: the robots of a screen roll on until time is up."""
-
-    fleet_pending = fit_pending = False
-
-    def __init__(self, screen: FleetScreen, rate: float, clock: LiveClock) -> None:
-        self.screen = screen
-        self.pace, self.pace_changed = SetPace(rate), True
-        self.trial_id = 1
-        self.intervals: list[npt.NDArray[np.float64]] = []
-        self.finished = False
-        self._clock = clock
-        self._until_ns = clock.now() + round(TICK_S * SECOND)
-
-    def observe(self, record: Record) -> None:
-        """Keep the intervals between pictures."""
-        if isinstance(record, FrameIntervals):
-            self.intervals.append(record.intervals)
-
-    def feed(self, given: Input) -> None:
-        """Let the robots roll on."""
-        if not isinstance(given, TimestepDue):
-            return
-        screen = self.screen
-        scene = screen.scene
-        tiles = tuple(
-            dataclasses.replace(
-                tile,
-                x=(tile.x + 0.25 * math.cos(tile.heading)) % scene.width,
-                y=(tile.y + 0.25 * math.sin(tile.heading)) % scene.height,
-                heading=tile.heading + 0.1,
-            )
-            for tile in screen.tiles
-        )
-        self.screen = dataclasses.replace(
-            screen, tiles=tiles, timestep=screen.timestep + 1, t_ns=given.t_ns
-        )
-
-    def collect(self, *_: object) -> bool:
-        """Nothing is awaited; time goes on."""
-        self.finished = self._clock.now() >= self._until_ns
-        return False
-
-
 def punctuality(window: Window, screen: FleetScreen, rate: float) -> Check:
     """Run the study's own loop with the largest fleet of the protocol, and count late pictures.
 
@@ -158,8 +96,8 @@ def punctuality(window: Window, screen: FleetScreen, rate: float) -> Check:
     window.show(screen)
     window.draw(0)
     clock = LiveClock()
-    rolling = _Rolling(dataclasses.replace(screen, t_ns=0), rate, clock)
-    LiveLoop(rolling, window, _NoRecorder(), clock).run()  # type: ignore[arg-type]
+    rolling = Rolling(dataclasses.replace(screen, t_ns=0), rate, TICK_S, clock)
+    LiveLoop(rolling, window, NoRecorder(), clock).run()  # type: ignore[arg-type]
     intervals = np.concatenate(rolling.intervals or [np.empty(0)])
     period = 1 / window.refresh_hz
     late = float(np.mean(intervals > LATE_PERIODS * period)) if intervals.size else 1.0

@@ -1,0 +1,28 @@
+"""Writes a small text file in one step."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+
+def replace_text(path: Path, text: str, *, private: bool = False) -> None:
+    """Write a file, durably, so that nobody ever sees half of it; one of that name is replaced.
+
+    Args:
+        path: of the file.
+        text: all of it.
+        private: whether it is for its owner alone, from the first moment.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    part = path.with_name(f".{path.name}.part")
+    part.unlink(missing_ok=True)
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL
+    descriptor = os.open(part, flags, 0o600 if private else 0o666)
+    with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as stream:
+        stream.write(text)
+        stream.flush()
+        os.fsync(stream.fileno())
+    os.replace(part, path)  # noqa: PTH105 - Path.replace reads as a change of text
