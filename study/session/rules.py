@@ -2,11 +2,14 @@
 
 0: before rules had a version. 1: every change of an answer is an event, instruments are scored,
 a pause offers to erase the recording, and a window that is resized or minimised pauses. 2: scorers
-are fitted in the background before the last trial of phase two, and the fit goes on from there.
+are fitted in the background before the last trial of phase two, and the fit goes on from there. 3: a
+questionnaire takes no key in its first half second, when keys may still be meant for robots.
 """
 
 from __future__ import annotations
 
 WARM_STARTS = 2
 """From which version on scorers are fitted in the background."""
-CURRENT = 2
+DEAD_TIME = 3
+"""From which version on a questionnaire takes no key at first."""
+CURRENT = 3

@@ -13,7 +13,12 @@ from study.session.context import Context, Outbox
 from study.session.effects import EnsureDurable, Show
 from study.session.page_texts import block_finished
 from study.session.plan import Place, SurveyPlan
+from study.session.rules import DEAD_TIME
 from study.session.stage import QuietStage
+
+_DEAD_TIME_NS = 500_000_000
+"""In which keys answer nothing: nobody has read the first question yet, and whoever still drives
+presses the arrows, digits and Tab that would answer it."""
 
 
 class Form(QuietStage):
@@ -35,15 +40,20 @@ class Form(QuietStage):
         self._page = range(min(len(questionnaire.items), questionnaire.items_per_page))
         self._focus = 0
         self._entered_ns = 0
+        self._deaf_until_ns = 0
         self._reminder = ""
 
     def enter(self, t_ns: int, out: Outbox) -> bool:  # noqa: ARG002 - stages are entered alike
         """Start the latency clock."""
         self._entered_ns = t_ns
+        if self._context.rules >= DEAD_TIME:
+            self._deaf_until_ns = t_ns + _DEAD_TIME_NS
         return False
 
     def handle(self, given: Input, out: Outbox) -> bool:
         """Take in keys, characters and pointer."""
+        if isinstance(given, KeyChanged | TextTyped) and given.t_ns < self._deaf_until_ns:
+            return False
         if isinstance(given, KeyChanged) and given.down:
             done = self._key(given.key, given.t_ns, out)
         elif isinstance(given, PointerPressed):

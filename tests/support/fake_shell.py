@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from study.events.codes import Outcome
-from study.events.events import Event
+from study.events.events import Event, StageEntered
 from study.events.inputs import (
     FitCompleted,
     FitFailed,
@@ -46,6 +46,7 @@ from study.session.effects import (
 from study.session.session import Session
 
 STEP_NS = 100_000_000
+READING_NS = 1_000_000_000
 STATE_SIZE = 4
 Alter = Callable[[dict[str, Any]], None]
 
@@ -108,6 +109,9 @@ class FakeShell:
         self.inputs.append(given)
         step = self.session.handle(given)
         self.events += step.events
+        if any(isinstance(event, StageEntered) for event in step.events):
+            # Read first: a questionnaire is deaf to keys for its first half second.
+            self.later(READING_NS)
         self.effects += step.effects
         self.log += [(event.topic, encode(event)) for event in step.events]
         for effect in step.effects:
