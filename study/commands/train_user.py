@@ -103,8 +103,11 @@ def _print_made(user: TrainedUser) -> None:
     made_of = user.made_of
     versions = ", ".join(f"{name} {number}" for name, number in made_of["versions"].items())
     console.print(f"Made by {escape(made_of['command'])} ({versions})")
+    measured = made_of["values_measured"]
     console.print(
-        f"R^2 of its values against held-out rollouts: {float(made_of['values_r_squared']):.3f}"
+        f"R^2 of its values in {measured['states']} states, each measured by the mean of "
+        f"{measured['rollouts']} rollouts: {float(made_of['values_r_squared']):.3f}",
+        soft_wrap=True,
     )
 
 

@@ -2,8 +2,8 @@
 
 0: before rules had a version. 1: every change of an answer is an event, instruments are scored,
 a pause offers to erase the recording, and a window that is resized or minimised pauses. 2: scorers
-are fitted in the background before the last trial of phase two, and the fit goes on from there. 3: a
-questionnaire takes no key in its first half second, when keys may still be meant for robots.
+are fitted in the background before the last trial of phase two, and the fit goes on from there.
+3: a questionnaire takes no key in its first half second, when keys may still be meant for robots.
 """
 
 from __future__ import annotations

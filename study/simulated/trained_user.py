@@ -20,7 +20,7 @@ from study.errors import StudyError
 from study.perceptron import Perceptron, read_weights
 from study.simulated.landmarks import Landmarks
 
-FORMAT = 1
+FORMAT = 2
 WEIGHTS = Path(__file__).parent / "users"
 """Where the weights are that ship with the program, one file a task."""
 

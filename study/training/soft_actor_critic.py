@@ -34,10 +34,10 @@ class ActorCriticParameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    hidden: tuple[int, ...] = Field((128, 128), description="units of each hidden ReLU layer")
+    hidden: tuple[int, ...] = Field((256, 256), description="units of each hidden ReLU layer")
     temperature: float = Field(0.05, gt=0, description="alpha, points per nat of entropy")
     discount: float = Field(0.99, gt=0, lt=1, description="gamma, per timestep")
-    updates: int = Field(50_000, ge=1, description="gradient steps")
+    updates: int = Field(80_000, ge=1, description="gradient steps")
     robots: int = Field(64, ge=2, description="robots that gather experience side by side")
     updates_a_timestep: int = Field(2, ge=1, description="gradient steps for each fleet timestep")
     episode_timesteps: int = Field(
@@ -111,7 +111,12 @@ class Memory:
 
 
 class Learner:
-    """Actor, critics and their optimisers."""
+    """Actor, critics and their optimisers.
+
+    Attributes:
+        actor: features [b, k] to logits [b, actions].
+        critics: features [b, k] to Q [2, b, actions].
+    """
 
     def __init__(self, inputs: int, actions: int, parameters: ActorCriticParameters) -> None:
         self._parameters = parameters
@@ -120,12 +125,12 @@ class Learner:
         for before, after in itertools.pairwise(widths):
             parts += [torch.nn.Linear(before, after), torch.nn.ReLU()]
         self.actor = torch.nn.Sequential(*parts[:-1])
-        self._critics, self._targets = TwinCritics(widths), TwinCritics(widths)
-        self._targets.load_state_dict(self._critics.state_dict())
+        self.critics, self._targets = TwinCritics(widths), TwinCritics(widths)
+        self._targets.load_state_dict(self.critics.state_dict())
         rate = parameters.learning_rate
         self._optimisers = [
             torch.optim.Adam(self.actor.parameters(), lr=rate, fused=True),
-            torch.optim.Adam(self._critics.parameters(), lr=rate, fused=True),
+            torch.optim.Adam(self.critics.parameters(), lr=rate, fused=True),
         ]
 
     def update(self, batch: tuple[torch.Tensor, ...], falling: float) -> tuple[float, float]:
@@ -138,7 +143,7 @@ class Learner:
             logs = self.actor(following).log_softmax(dim=1)
             ahead = self._targets(following).amin(dim=0) - parameters.temperature * logs
             wanted = rewards + parameters.discount * goes_on * (logs.exp() * ahead).sum(dim=1)
-        q = self._critics(now)
+        q = self.critics(now)
         taken = q.gather(2, actions[None, :, None].expand(2, -1, -1))[:, :, 0]
         critic_loss = 2 * torch.nn.functional.mse_loss(taken, wanted.expand(2, -1))
         logs = self.actor(now).log_softmax(dim=1)
@@ -151,7 +156,7 @@ class Learner:
         for optimiser in self._optimisers:
             optimiser.step()
         with torch.no_grad():
-            pairs = zip(self._targets.parameters(), self._critics.parameters(), strict=True)
+            pairs = zip(self._targets.parameters(), self.critics.parameters(), strict=True)
             for target, critic in pairs:
                 target.lerp_(critic, parameters.averaging)
             entropy = -(chances * logs).sum(dim=1).mean()

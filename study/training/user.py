@@ -20,9 +20,9 @@ from study.families import load_member
 from study.perceptron import Perceptron
 from study.seeding import generator, stream_seed
 from study.simulated.landmarks import Landmarks
-from study.simulated.rollouts import Rollouts, roll_out
+from study.simulated.rollouts import Acting, Rollouts, roll_out
 from study.simulated.trained_user import FORMAT, TrainedUser, parameters_sha256
-from study.simulated.values import FittedValues
+from study.simulated.values import FittedValues, r_squared
 from study.tasks.base import PlaceableTask
 from study.training.soft_actor_critic import ActorCriticParameters, Spread, train
 from study.training.value_fit import ValueParameters, fit_values
@@ -93,6 +93,22 @@ class Made:
     values_r_squared: float
 
 
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class MeasuredValues:
+    """V by Monte-Carlo: what a policy earned on average from each of some states on.
+
+    Attributes:
+        states: float32 [n, d], spread over the map.
+        values: float64 [n], points.
+        rollouts: that each is the mean of. One alone differs from V by the policy's own chance
+            and the task's noise, and no estimate of V could explain that.
+    """
+
+    states: npt.NDArray[np.float32]
+    values: npt.NDArray[np.float64]
+    rollouts: int
+
+
 def make_user(
     course: Course,
     training: ActorCriticParameters,
@@ -135,36 +151,67 @@ def make_user(
     driver = TrainedUser(
         actor.tensors("actor") | nothing.tensors("values"), made_of, "the new user"
     )
-    fitted = values_of(course, driver, training.discount, seed)
-    made_of["values_r_squared"] = round(fitted.r_squared, 4)
+    fitted = values_of(course, driver, training, seed)
+    measured = measured_values(course, driver, training.discount, seed)
+    agreed = r_squared(fitted.values(measured.states), measured.values)
+    made_of["values_r_squared"] = round(agreed, 4)
+    made_of["values_measured"] = {"states": len(measured.states), "rollouts": measured.rollouts}
     tensors = actor.tensors("actor") | fitted.unscaled().tensors("values")
     weights = safetensors.numpy.save(tensors, {"user": json.dumps(made_of, sort_keys=True)})
-    return Made(weights, TrainedUser(tensors, made_of, "the new user"), fitted.r_squared)
+    return Made(weights, TrainedUser(tensors, made_of, "the new user"), agreed)
 
 
 def values_of(
     course: Course,
     driver: TrainedUser,
-    discount: float,
+    training: ActorCriticParameters,
     seed: int,
     *,
     trace: float = 1.0,
-    robots: int = 2000,
+    robots: int = 4000,
 ) -> FittedValues:
     """Fit V of a user from rollouts that start anywhere on the map.
 
     Args:
         course: the task.
         driver: the user.
-        discount: gamma.
+        training: the user's; discount and units of the network are taken.
         seed: of starts, noise, actions and fit.
         trace: lambda.
         robots: rollouts learned from; a quarter as many are held out.
     """
     rollouts = spread_rollouts(course, driver, stream_seed(seed, "value_rollouts"), robots)
     held_out = spread_rollouts(course, driver, stream_seed(seed, "held_out"), robots // 4)
-    parameters = ValueParameters(discount=discount, trace=trace)
+    parameters = ValueParameters(discount=training.discount, trace=trace, hidden=training.hidden)
     return fit_values(rollouts, held_out, Landmarks.of(course.description), parameters, seed)
+
+
+def measured_values(
+    course: Course,
+    driver: Acting,
+    discount: float,
+    seed: int,
+    *,
+    states: int = 400,
+    rollouts: int = 25,
+) -> MeasuredValues:
+    """Measure V of a policy in states spread over the map.
+
+    Args:
+        course: the task.
+        driver: the policy.
+        discount: gamma.
+        seed: of states, noise and actions.
+        states: how many, n.
+        rollouts: from each.
+    """
+    random = generator(seed, "measured_values")
+    spread = course.spread(random, states)
+    seeds = random.integers(0, 2**63, states * rollouts).astype(np.uint64)
+    task = course.fleet(states * rollouts, horizon=VALUE_TIMESTEPS)
+    driven = roll_out(task, driver, seeds, random, states=np.repeat(spread, rollouts, axis=0))
+    values = driven.returns(discount)[0].reshape(states, rollouts).mean(axis=1)
+    return MeasuredValues(spread, values, rollouts)
 
 
 def spread_rollouts(course: Course, driver: TrainedUser, seed: int, robots: int) -> Rollouts:
