@@ -16,6 +16,7 @@ from study.events.events import (
     Switched,
     Timestep,
 )
+from study.events.experimenter_records import ExperimenterNoted
 from study.events.fit_events import FitGateJudged
 from study.events.participant_events import InstrumentScored
 
@@ -26,6 +27,7 @@ TOPICS: Mapping[str, tuple[str, ...]] = {
     "fit_gates": (FitGateJudged.topic,),
     "switches": (Switched.topic,),
     "deviations": (Deviation.topic, Resumed.topic),
+    "notes": (ExperimenterNoted.topic,),
     "timesteps": (Timestep.topic,),
 }
 """Tables with exactly one row for each record of these topics."""

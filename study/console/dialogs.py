@@ -19,6 +19,7 @@ class AskText(ModalScreen[str]):
     Args:
         title: what is asked for.
         hint: what follows from it.
+        action: what Enter does.
         alarming: whether it looks so.
     """
 
@@ -32,10 +33,11 @@ class AskText(ModalScreen[str]):
     """
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "call_off", "Call off")]
 
-    def __init__(self, title: str, hint: str, *, alarming: bool = False) -> None:
+    def __init__(self, title: str, hint: str, action: str, *, alarming: bool = False) -> None:
         super().__init__()
         self._title = title
         self._hint = hint
+        self._action = action
         self._alarming = alarming
 
     def compose(self) -> ComposeResult:
@@ -44,7 +46,7 @@ class AskText(ModalScreen[str]):
             yield Static(self._title, markup=False)
             yield Static(self._hint, id="hint", markup=False)
             yield Input(max_length=LONGEST_TEXT, id="text")
-            yield Static("Enter: done   Escape: call it off", id="keys", markup=False)
+            yield Static(f"Enter: {self._action}   Escape: call it off", id="keys", markup=False)
 
     def on_mount(self) -> None:
         """Begin to type at once."""

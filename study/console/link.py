@@ -94,9 +94,8 @@ class ConsoleLink:
         for console in self._consoles:
             if console.socket in readable:
                 console.read()
-            for line in console.lines():
-                if console.open and (command := self._understood(console, line)):
-                    commands.append(command)
+            understood = (self._understood(console, line) for line in console.lines())
+            commands += [command for command in understood if command]
         self._consoles = [each for each in self._consoles if each.open]
         return commands
 
@@ -118,6 +117,7 @@ class ConsoleLink:
         ended = self._tracker.ended
         for console in self._consoles:
             if ended is not None:
+                console.tell(_line(self._tracker.status(ended.t_ns, self._disk())))
                 console.say(_line(Ended(complete=ended.complete, reason=ended.reason)))
             console.close()
         self._consoles.clear()
@@ -135,6 +135,8 @@ class ConsoleLink:
             self._next_ns = 0
 
     def _understood(self, console: _Console, line: bytes) -> Command | None:
+        if not console.open:
+            return None
         try:
             command = parse_command(line)
         except StudyError as error:

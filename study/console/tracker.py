@@ -9,7 +9,18 @@ from typing import Any, Final
 
 import numpy as np
 
-from study.console.wire import Disk, Facts, Fit, Place, Remark, State, Status, Timing, Trial
+from study.console.wire import (
+    Disk,
+    Facts,
+    Fit,
+    Place,
+    Remark,
+    State,
+    Status,
+    Timing,
+    Trial,
+    tidy,
+)
 from study.events.events import (
     Deviation,
     FitApplied,
@@ -177,8 +188,8 @@ class Tracker:
             self._held = record.command == "pause"
 
     def _deviate(self, record: Deviation) -> None:
-        self._deviations.add(Remark(t_s=record.t_ns / _SECOND, code=record.code,
-                                    text=record.text[:LONGEST_REMARK]))  # fmt: skip
+        text = tidy(record.text)[:LONGEST_REMARK]
+        self._deviations.add(Remark(t_s=record.t_ns / _SECOND, code=record.code, text=text))
 
     def _note(self, record: ExperimenterNoted) -> None:
         self._notes.add(Remark(t_s=record.t_ns / _SECOND, text=record.text))
@@ -223,12 +234,12 @@ class Tracker:
             record.artefact_id,
             state=states.get(record.decision, record.decision),
             gate="passed" if record.passed else "not passed",
-            reason=record.reason[:LONGEST_REMARK],
+            reason=tidy(record.reason)[:LONGEST_REMARK],
         )
 
     def _fit_failed(self, record: FitFailed) -> None:
         if name := self._fitting.get(record.request_id):
-            self._change(name, state="failed", reason=record.reason[:LONGEST_REMARK])
+            self._change(name, state="failed", reason=tidy(record.reason)[:LONGEST_REMARK])
 
     def _fit_late(self, record: FitTimedOut) -> None:
         if name := self._fitting.get(record.request_id):

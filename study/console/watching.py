@@ -56,8 +56,7 @@ class WatchScreen(Screen[None]):
     """
 
     CSS = """
-    #headline { height: 3; padding: 0 1; }
-    #farewell { height: auto; padding: 0 1; }
+    #headline { height: auto; min-height: 2; padding: 0 1; }
     #panels { grid-size: 2; grid-rows: 8 8 1fr; grid-gutter: 0 1; }
     .panel { border: round $primary; border-title-color: $text; padding: 0 1; }
     """
@@ -66,7 +65,7 @@ class WatchScreen(Screen[None]):
         Binding("r", "resume", "Resume"),
         Binding("n", "annotate", "Note"),
         Binding("e", "end", "End early"),
-        Binding("l", "back", "List"),
+        Binding("l", "back", "Other sessions"),
     ]
 
     def __init__(self, path: Path) -> None:
@@ -74,13 +73,13 @@ class WatchScreen(Screen[None]):
         self._path = path
         self._writer: asyncio.StreamWriter | None = None
         self._heard = time.monotonic()
+        self._over = False
         self.status: Status | None = None
         self.farewell = ""
 
     def compose(self) -> ComposeResult:
         """Lay out the panels."""
         yield Static("Waiting for the session's first word", id="headline", markup=False)
-        yield Static("", id="farewell", markup=False)
         with Grid(id="panels"):
             for name, title in PANELS.items():
                 panel = VerticalScroll(Static("", id=name, markup=False), classes="panel")
@@ -136,18 +135,13 @@ class WatchScreen(Screen[None]):
     def show(self) -> None:
         """Bring what is seen up to date."""
         status = self.status
-        if self.farewell:
-            style = "bold reverse" if "is over" in self.farewell else words.BAD
-            self.query_one("#farewell", Static).update(Text(f" {self.farewell} ", style))
+        headline = self.query_one("#headline", Static)
         if status is None:
+            if self.farewell:
+                headline.update(Text(self.farewell))
             return
         silence = 0.0 if self.farewell else time.monotonic() - self._heard
-        if self.farewell:
-            last = Text(f"{status.facts.participant}, {status.facts.study}: what follows was last "
-                        f"heard at {words.clock(status.t_s)}")  # fmt: skip
-        else:
-            last = words.headline(status, silence)
-        self.query_one("#headline", Static).update(last)
+        headline.update(words.headline(status, silence, self.farewell, over=self._over))
         self.query_one("#now", Static).update(words.now(status))
         self.query_one("#recording", Static).update(words.recording(status, silence))
         self.query_one("#timing", Static).update(words.timing(status))
@@ -179,8 +173,12 @@ class WatchScreen(Screen[None]):
             if text:
                 self._ask_for("annotate", text)
 
-        self.app.push_screen(AskText("A note, recorded with the time of now", "No names, please: "
-                                     "the note becomes part of the data."), take)  # fmt: skip
+        dialog = AskText(
+            "A note, recorded with the time of now",
+            "No names, please: the note becomes part of the data.",
+            "record it",
+        )
+        self.app.push_screen(dialog, take)
 
     def action_end(self) -> None:
         """End the session early, with a reason."""
@@ -194,6 +192,7 @@ class WatchScreen(Screen[None]):
             AskText(
                 f"End the session of {who} now? Why?",
                 "The reason is recorded, and all that was recorded so far is kept.",
+                "end the session",
                 alarming=True,
             ),
             take,

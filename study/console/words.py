@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from rich.table import Table
 from rich.text import Text
 
 from study.console.wire import Remark, Status
@@ -12,6 +11,7 @@ UNSAVED_LIMIT_S = 1.0
 SILENCE_LIMIT_S = 1.0
 """How long a session may say nothing before that is shown red."""
 LATE_SHARE = 0.01
+STANDING = "bold black on yellow"
 GOOD, CAREFUL, BAD, QUIET = "bold green", "bold yellow", "bold white on red", "dim"
 PHASES = ("practice", "phase 1", "phase 2", "phase 3", "phase 4")
 _WHY = {
@@ -29,33 +29,40 @@ def clock(seconds: float) -> str:
     return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
 
 
-def headline(status: Status, silence_s: float) -> Text:
-    """Return who is in the session, and how it stands."""
+def headline(status: Status, silence_s: float, farewell: str = "", *, over: bool = False) -> Text:
+    """Return who is in the session, and how it stands.
+
+    Args:
+        status: what it said last.
+        silence_s: how long ago.
+        farewell: why it is not followed any more; empty while it is.
+        over: whether that is as it should be.
+    """
     facts = status.facts
     text = Text.assemble(
         (f" {facts.participant} ", "bold reverse"), f"  {facts.study}  ",
         ("order ", QUIET), " then ".join(facts.order), "  ",
         (clock(status.t_s + silence_s), "bold"), ("  since the start", QUIET), "\n",
     )  # fmt: skip
-    return text.append_text(state(status, silence_s))
+    if farewell:
+        return text.append(f" {farewell} ", "bold reverse" if over else BAD)
+    return text.append_text(_state(status, silence_s))
 
 
-def state(status: Status, silence_s: float) -> Text:
-    """Return one line on whether it goes on."""
+def _state(status: Status, silence_s: float) -> Text:
     if silence_s > SILENCE_LIMIT_S:
-        return Text(f" NO WORD FROM THE SESSION FOR {silence_s:.0f} s ", BAD)
+        return Text.assemble((f" NO WORD FROM THE SESSION FOR {silence_s:.0f} s ", BAD))
     still = clock(status.still_s + silence_s)
     why = _WHY.get(status.why, status.why)
-    if status.state == "running":
-        return Text(" RUNNING ", "bold black on green")
     if status.state == "held":
         also = "" if status.why == "experimenter" else f"; before that, {why}"
-        text = Text(f" PAUSED BY THE EXPERIMENTER, {still} ", "bold black on yellow")
-        return text.append(f"  R resumes{also}", "default")
+        paused = f" PAUSED BY THE EXPERIMENTER, {still} "
+        return Text.assemble((paused, STANDING), f"  R resumes{also}")
     if status.state == "paused":
-        text = Text(f" PAUSED, {still} ", "bold black on yellow")
-        return text.append(f"  {why}; the participant goes on", "default")
-    return Text(" ENDED ", "bold reverse")
+        return Text.assemble((f" PAUSED, {still} ", STANDING), f"  {why}; the participant goes on")
+    if status.state == "ended":
+        return Text.assemble((" ENDED ", "bold reverse"))
+    return Text.assemble((" RUNNING ", "bold black on green"))
 
 
 def now(status: Status) -> Text:
@@ -85,12 +92,11 @@ def recording(status: Status, silence_s: float) -> Text:
     disk = status.disk
     # What a session that says nothing has written meanwhile is not known.
     age = disk.unsaved_s + (silence_s if silence_s > SILENCE_LIMIT_S else 0.0)
-    late = age > UNSAVED_LIMIT_S
     text = Text()
-    if late:
-        text.append(f" NOT ON DISK FOR {age:.1f} s ", BAD)
+    if age > UNSAVED_LIMIT_S:
+        text.append(f" NOTHING REACHED THE DISK FOR {age:.1f} s ", BAD)
     else:
-        text.append(f"{age:.1f} s", GOOD).append(" is the oldest that is not on disk")
+        text.append("All but the last ").append(f"{age:.1f} s", GOOD).append(" is on disk")
     text.append(f"\nRecord {disk.durable:,} of {disk.sent:,} is on disk")
     if not disk.working:
         text.append("\n").append(" THE WRITER DOES NOT KEEP UP ", BAD)
@@ -120,27 +126,30 @@ def timing(status: Status) -> Text:
     return text
 
 
-def fits(status: Status) -> Table | Text:
-    """Return the fits with held-out likelihood, top-1 and gate."""
+def fits(status: Status) -> Text:
+    """Return the fits, the newest first, with held-out likelihood, top-1 and gate."""
     if not status.fits:
         return Text("None yet", QUIET)
-    table = Table(box=None, padding=(0, 1, 0, 0), expand=True, header_style=QUIET)
-    table.add_column("fit", overflow="fold")
-    table.add_column("log-lik. gain", justify="right")
-    table.add_column("top-1 (chance)", justify="right")
-    table.add_column("gate")
-    table.add_column("now", overflow="fold")
-    for fit in status.fits:
-        gain = "" if fit.likelihood_gain is None else f"{fit.likelihood_gain:+.3f}"
-        top1 = "" if fit.top1 is None else f"{fit.top1:.2f}"
+    text = Text()
+    for fit in reversed(status.fits):
+        bad = fit.state in ("failed", "timed out", "ends the session")
+        text.append(f"{fit.artefact_id}  ", "bold")
+        text.append(fit.state, CAREFUL if bad else "")
+        if fit.gate:
+            text.append("  gate ", QUIET).append(
+                fit.gate, GOOD if fit.gate == "passed" else CAREFUL
+            )
+        text.append("\n")
+        measured = []
+        if fit.likelihood_gain is not None:
+            measured.append(f"log-likelihood {fit.likelihood_gain:+.3f} above chance")
         if fit.top1 is not None and fit.chance_top1 is not None:
-            top1 += f" ({fit.chance_top1:.2f})"
-        gate = Text(fit.gate, GOOD if fit.gate == "passed" else CAREFUL)
-        bad = fit.state in ("failed", "timed out")
-        table.add_row(Text(fit.artefact_id), gain, top1, gate, Text(fit.state, BAD if bad else ""))
+            measured.append(f"top-1 {fit.top1:.2f}, chance {fit.chance_top1:.2f}")
+        if measured:
+            text.append(f"  {'; '.join(measured)}\n")
         if fit.reason:
-            table.add_row(Text(fit.reason, QUIET))
-    return table
+            text.append(f"  {fit.reason}\n", QUIET)
+    return text
 
 
 def remarks(listed: tuple[Remark, ...], left_out: int) -> Text:
