@@ -88,7 +88,8 @@ class ConsoleApp(App[None]):
             self._listed = paths
             options.clear_options()
             options.add_options([Option(_line(each), id=str(each.path)) for each in found])
-            options.focus()
+            options.highlighted = 0 if found else None
+            self.call_after_refresh(options.focus)
         else:
             for each in found:
                 options.replace_option_prompt(str(each.path), _line(each))

@@ -45,6 +45,9 @@ def find_sessions() -> list[Found]:
                 found.append(Found(path, _ask(path)))
             except ConnectionRefusedError:
                 path.unlink()
+            except BlockingIOError:
+                # It is there, but too many wait for its answer.
+                found.append(Found(path, None))
     return found
 
 

@@ -127,12 +127,13 @@ class ConsoleLink:
 
     def _welcome(self) -> None:
         with contextlib.suppress(OSError):
-            accepted, _ = self._listener.accept()
-            if len(self._consoles) >= MOST_CONSOLES:
-                accepted.close()
-                return
-            self._consoles.append(_Console(accepted))
-            self._next_ns = 0
+            for _ in range(MOST_CONSOLES):
+                accepted, _ = self._listener.accept()
+                if len(self._consoles) >= MOST_CONSOLES:
+                    accepted.close()
+                    continue
+                self._consoles.append(_Console(accepted))
+                self._next_ns = 0
 
     def _understood(self, console: _Console, line: bytes) -> Command | None:
         if not console.open:
