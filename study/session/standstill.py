@@ -11,7 +11,7 @@ from study.session.context import Context
 Asked = Literal["", "continue", "stop", "erase"]
 
 _PAUSED = noted("Paused")
-_HELD = noted("The experimenter has paused the session")
+HELD = noted("The experimenter has paused the session")
 _INTERRUPTED = noted("Saving was interrupted. One moment, please")
 _RESTORED = noted("Saving was interrupted for a moment; it works again")
 
@@ -103,7 +103,7 @@ class Standstill:
         if self._interruption:
             reason = _INTERRUPTED
         elif self.held:
-            reason = _HELD
+            reason = HELD
         return PauseScreen(
             context.say(reason),
             confirm_stop=self._asks == "stop",
