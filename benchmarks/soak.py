@@ -8,10 +8,11 @@ its own virtual X server (Xvfb). Real keys (XTEST) press their way through; wher
 whoever presses them learns as an experimenter would, from the link of `study console`. Another
 process takes all the CPU time that it gets.
 
-Of each session it says: how the memory of study, writer and fitting process grows after ten minutes
-(half of a shorter run), whether the recording lacks any record that the study accepted, by a log kept
-apart, and how punctual pictures and timesteps were. Exit status 1: a record is missing, a session did
-not reach its end, or, in a run of twenty minutes or more, memory grows by 1 MiB an hour.
+Of each session it says: how the memory of study, writer and fitting process grows after ten
+minutes (half of a shorter run), whether the recording lacks any record that the study accepted, by
+a log kept apart, and how punctual pictures and timesteps were. Exit status 1: a record is missing,
+a session did not reach its end, or, in a run of twenty minutes or more, memory grows by 1 MiB an
+hour.
 """
 
 from __future__ import annotations
@@ -98,10 +99,7 @@ def stretched(folder: Path, minutes: float) -> Path:
     """Write the pilot protocol so that a session takes about so long; return its path."""
     text = (ROOT / "protocols" / "pilot.toml").read_text(encoding="utf-8")
     factor = max(0.1, (60 * minutes - PILOT_REST_S) / PILOT_TRIALS_S)
-
-    def longer(found: re.Match[str]) -> str:
-        return f"trial_timesteps = {round(240 * factor)}"
-
+    longer = f"trial_timesteps = {round(240 * factor)}"
     text, changed = re.subn(r"trial_timesteps = 240\b", longer, text)
     assert changed == 2, "the pilot protocol is another one"
     path = folder / "soak.toml"
@@ -145,7 +143,7 @@ class Player:
         """Go through to the end."""
         with socket.socket(socket.AF_UNIX) as link:
             link.connect(str(path))
-            link.setblocking(False)
+            link.setblocking(False)  # noqa: FBT003
             come = b""
             while self._found.ended is None:
                 with contextlib.suppress(BlockingIOError):
@@ -323,7 +321,8 @@ def report(found: Soaked, *, judge_memory: bool) -> bool:
             well = well and grows is not None and grows < MOST_MIB_AN_HOUR
     timings = [r for _, r in read_session(path).records(TrialTiming.topic)]
     print_timing([r for r in timings if isinstance(r, TrialTiming) and r.frames])
-    print(f"  {found.states:,} states told by the link; oldest unsaved record {found.unsaved_s:.2f} s")
+    oldest = f"oldest unsaved record {found.unsaved_s:.2f} s"
+    print(f"  {found.states:,} states told by the link; {oldest}")
     return well
 
 
@@ -379,7 +378,8 @@ def main(words: Sequence[str] | None = None) -> int:
         print(f"{len(people)} sessions of about {given.minutes:g} minutes {how}, {beside}, "
               f"on {os.cpu_count()} cores")  # fmt: skip
         judge = given.minutes >= JUDGED_MINUTES
-        well = all([report(who, judge_memory=judge) for who in people])
+        reports = [report(who, judge_memory=judge) for who in people]
+        well = all(reports)
     if not judge:
         print(f"\nMemory is judged in runs of {JUDGED_MINUTES:g} minutes or more.")
     return 0 if well else 1
