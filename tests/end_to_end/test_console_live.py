@@ -10,6 +10,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -66,6 +67,13 @@ def running(onlooker: Onlooker) -> None:
     """Wait for some more timesteps."""
     before = count(onlooker, Timestep)
     until(lambda: count(onlooker, Timestep) > before + 3)
+
+
+def running_sessions() -> list[dict[str, Any]]:
+    """Return what `study console --json` says."""
+    done = subprocess.run([*CONSOLE, "--json"], capture_output=True, check=True, text=True)
+    found: list[dict[str, Any]] = json.loads(done.stdout)
+    return found
 
 
 def held(onlooker: Onlooker) -> bool:
@@ -171,7 +179,7 @@ def test_an_experimenter_ends_a_session(tmp_path: Path) -> None:
 
 
 def test_a_killed_session_is_told_from_one_that_ended(tmp_path: Path) -> None:
-    """The console says what became of it, then finds nothing; no socket stays behind."""
+    """The console says what became of it; resumed, the session is told with all before it."""
     folder = tmp_path / "recordings"
     with (
         real_study("smoke", folder) as (hands, study),
@@ -179,12 +187,25 @@ def test_a_killed_session_is_told_from_one_that_ended(tmp_path: Path) -> None:
     ):
         console.wait_for("P01", "RUNNING")
         hands.wait_for_window()
+        console.type("n")
+        console.wait_for("A note")
+        console.type("before the blow\r")
+        console.wait_until(lambda: any(each["notes"] for each in running_sessions()))
         study.kill()
         console.wait_for("is gone without having ended")
         console.type("l")
         console.wait_for("No session runs")
-        listed = subprocess.run([*CONSOLE, "--json"], capture_output=True, check=True, text=True)
-        assert json.loads(listed.stdout) == []
+        assert running_sessions() == []
+    with real_study("smoke", folder, "--resume") as (hands, study):
+        hands.wait_for_window()
+        until(lambda: running_sessions() != [])
+        (resumed,) = running_sessions()
+        study.terminate()
+        study.wait(PATIENCE_S)
+    assert [note["text"] for note in resumed["notes"]] == ["before the blow"]
+    assert resumed["place"]["name"] == "welcome"
+    assert resumed["place"]["stages"] > 20
+    assert resumed["disk"]["part"] == 2
     assert list((Path(os.environ["XDG_RUNTIME_DIR"]) / "scaled-autonomy").iterdir()) == []
 
 
