@@ -168,6 +168,7 @@ class Player:
     def _act(self, status: Status) -> None:
         hands, chance, place = self._hands, self._random, status.place
         if status.state == "paused":
+            hands.focus_whatever_is_there()
             hands.tap("return")
             time.sleep(0.3)
         elif status.trial is not None and place.phase < PHASE_FOUR:
@@ -183,6 +184,7 @@ class Player:
             hands.key("return", down=True)
             time.sleep(0.5)
         elif place.kind in ("pages", "trial", "reveal") and place.phase < PHASE_FOUR:
+            hands.focus_whatever_is_there()
             hands.tap("return")
             time.sleep(0.3)
         else:

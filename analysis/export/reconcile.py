@@ -27,7 +27,6 @@ TOPICS: Mapping[str, tuple[str, ...]] = {
     "fit_gates": (FitGateJudged.topic,),
     "switches": (Switched.topic,),
     "deviations": (Deviation.topic, Resumed.topic),
-    "notes": (ExperimenterNoted.topic,),
     "timesteps": (Timestep.topic,),
 }
 """Tables with exactly one row for each record of these topics."""
@@ -68,6 +67,8 @@ def reconcile(study: StudyRecordings, rows: Mapping[str, int]) -> list[Count]:
         for name, topics in TOPICS.items()
         if name in rows
     ]
+    if "notes" in rows:
+        counts.append(Count("notes", rows["notes"], _notes(study)))
     if "scores" in rows:
         # Sessions that recorded no score are scored from their answers: not records of theirs.
         computed = int((scores.build(study).frame["origin"] == scores.COMPUTED).sum())
@@ -86,6 +87,15 @@ def _records(study: StudyRecordings, topics: tuple[str, ...]) -> int:
             for block in session.recording.columns(Timestep.topic)
         )
     return sum(1 for session in study.sessions for _ in session.recording.records(*topics))
+
+
+def _notes(study: StudyRecordings) -> int:
+    """Count notes, those before which a resumed session began anew included."""
+    return sum(
+        1
+        for session in study.sessions
+        for _ in session.recording.every_record(ExperimenterNoted.topic)
+    )
 
 
 def _robots(study: StudyRecordings) -> int:

@@ -13,6 +13,7 @@ COLUMNS = (
     *TRIAL_COLUMNS,
     Column("t", "number", "time since the session opened", unit="s"),
     Column("stage", "label", "name of the stage in which it was taken"),
+    Column("kept", "boolean", "false if a resumed session began anew before it"),
     Column("text", "text", "the note"),
 )
 
@@ -28,10 +29,10 @@ def _rows(session: Session) -> list[dict[str, object]]:
     found: list[dict[str, object]] = []
     stage = ""
     topics = (StageEntered.topic, ExperimenterNoted.topic)
-    for _, record in session.recording.records(*topics):
+    for record, kept in session.recording.every_record(*topics):
         if isinstance(record, StageEntered):
             stage = record.name
         elif isinstance(record, ExperimenterNoted):
-            row = {"t": record.t_ns / 1e9, "stage": stage, "text": record.text}
+            row = {"t": record.t_ns / 1e9, "stage": stage, "kept": kept, "text": record.text}
             found.append({**trial_keys(session, record.trial_id), **row})
     return found

@@ -13,6 +13,7 @@ from study.console.link import ConsoleLink
 from study.console.tracker import TOPICS, Tracker
 from study.console.wire import Disk, Facts
 from study.errors import StudyError
+from study.events.experimenter_records import ExperimenterNoted
 from study.events.inputs import SessionOpened
 from study.loading import LoadedProtocol
 from study.recording.failover import FailoverRecorder
@@ -40,9 +41,9 @@ def tracker_of(loaded: LoadedProtocol, opened: SessionOpened, file: str) -> Trac
 
 
 def catch_up(tracker: Tracker, boundary: Boundary) -> None:
-    """Tell of a resumed session what it was before."""
+    """Tell of a resumed session what it was before: up to the boundary, but for the notes."""
     for sequence, record in boundary.recording.records(*TOPICS):
-        if sequence <= boundary.after_sequence:
+        if sequence <= boundary.after_sequence or isinstance(record, ExperimenterNoted):
             tracker.offer(record, 0, sequence)
 
 

@@ -30,13 +30,15 @@ TEXTS = (
 def noted(plan: Plan) -> list[Record]:
     """Return a session with a note before its first trial of phase three, and more within it."""
     found: list[Record] = []
+    begun = False
     for record in Session(plan).run():
-        first = isinstance(record, TrialStarted) and record.phase == Phase.THREE
-        if first and not any(isinstance(each, ExperimenterNoted) for each in found):
+        if isinstance(record, TrialStarted) and record.phase == Phase.THREE and not begun:
+            begun = True
             found.append(ExperimenterNoted(record.t_ns, TEXTS[0], -1, 5))
             found.append(record)
-            for text in TEXTS[1:]:
-                found.append(ExperimenterNoted(record.t_ns, text, record.trial_id, 5))
+            found += [
+                ExperimenterNoted(record.t_ns, text, record.trial_id, 5) for text in TEXTS[1:]
+            ]
             found.append(Deviation(record.t_ns, "experimenter_paused", "by hand", record.trial_id))
             found.append(Paused(record.t_ns, "experimenter"))
             found.append(Resumed(record.t_ns, 3_000_000_000))
@@ -64,7 +66,7 @@ def test_any_note_is_text(study: StudyRecordings, tmp_path: Path) -> None:
     rows = tables.frame("notes")
     assert list(rows["text"]) == list(TEXTS)
     assert set(rows["participant"]) == {"P01"}
-    assert list(rows["trial_id"])[0] == -1
+    assert rows["trial_id"][0] == -1
     assert set(rows["phase"][1:]) == {Phase.THREE}
     sheet = tables["notes"].to_csv("1 person")
     assert "'=HYPERLINK" in sheet

@@ -14,6 +14,8 @@ from typing import Any
 
 import pytest
 
+from analysis.recordings import StudyRecordings, load_recordings
+from analysis.tables import notes
 from onlooker import Onlooker
 from patience import PATIENCE_S
 from protocols import ROOT, variant
@@ -206,6 +208,9 @@ def test_a_killed_session_is_told_from_one_that_ended(tmp_path: Path) -> None:
     assert resumed["place"]["name"] == "welcome"
     assert resumed["place"]["stages"] > 20
     assert resumed["disk"]["part"] == 2
+    (session,) = load_recordings([folder]).sessions
+    (note,) = notes.build(StudyRecordings((session,), ())).frame.to_dict("records")
+    assert (note["text"], note["kept"]) == ("before the blow", False)
     assert list((Path(os.environ["XDG_RUNTIME_DIR"]) / "scaled-autonomy").iterdir()) == []
 
 

@@ -102,7 +102,7 @@ def due_times(recording: Recording) -> np.ndarray[Any, np.dtype[np.int64]]:
     records = [record for _, record in recording.records(Timestep.topic)]
     due = np.array([r.due_ns for r in records if isinstance(r, Timestep)], dtype=np.int64)
     # Each takes a place of its own on the grid: what was missed is not caught up with.
-    for steps in range(2, 20):
+    for steps in range(2, min(20, due.size)):
         assert (due[steps:] - due[:-steps]).min() > (steps - 1) * STEP_NS
     return due
 
@@ -127,7 +127,7 @@ def test_a_wall_clock_that_jumps(tmp_path: Path) -> None:
 
 
 def test_a_computer_that_stands_still(tmp_path: Path) -> None:
-    """As in a suspend, study and writer stop for seconds: no burst, no second part, nothing lost."""
+    """As in a suspend, study and writer stop for seconds: no burst, one file, nothing lost."""
     with practising(tmp_path) as (_, study, run_on):
         writer = child_of(study, "study.recording.writer")  # type: ignore[arg-type]
         for process in (study.pid, writer):
@@ -142,7 +142,7 @@ def test_a_computer_that_stands_still(tmp_path: Path) -> None:
 def test_a_cpu_hog(tmp_path: Path) -> None:
     """Beside busy processes on every core each key is recorded, in order, and nothing is lost."""
     busy = (sys.executable, "-c", "while True: pass")
-    with practising(tmp_path) as (hands, _, run_on):
+    with practising(tmp_path) as (hands, *_):
         hogs = [subprocess.Popen(busy) for _ in range(2 * (os.cpu_count() or 1))]
         try:
             for _ in range(30):

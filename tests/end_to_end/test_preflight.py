@@ -16,8 +16,8 @@ from study.enrolment.register import Register
 from study.enrolment.withdrawing import leave_tombstone
 from study.errors import StudyError
 from study.loading import load_protocol
-from study.shell.preflight.check import FILE
 from study.orders import possible_orders
+from study.shell.preflight.check import FILE
 from x11_driver import Hands, x_server
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import random
@@ -43,6 +44,7 @@ class Caller:
         return True
 
     def send(self, line: bytes) -> None:
+        """Send bytes, however much room there is."""
         self.socket.sendall(line)
 
     def hear(self) -> Status | Answer | Ended | None:
@@ -134,8 +136,7 @@ def test_a_line_without_end_is_cut_off(session: WatchedSession) -> None:
     """Megabytes without a newline are not gathered."""
     caller = Caller()
     with pytest.raises(OSError, match=r"Broken pipe|reset"):
-        for _ in range(1000):
-            caller.send(b"x" * 65536)
+        caller.send(b"x" * (64 << 20))
     assert isinstance(Caller().hear(), Status)
 
 
@@ -148,10 +149,8 @@ def test_fuzz(session: WatchedSession) -> None:
         data = bytearray(line * chance.randint(1, 3) + chance.randbytes(chance.randint(0, 40)))
         for _ in range(chance.randint(0, 6)):
             data[chance.randrange(len(data))] = chance.randrange(256)
-        try:
+        with contextlib.suppress(OSError):
             caller.send(bytes(data[: chance.randint(1, len(data))]))
-        except OSError:
-            pass
         caller.socket.close()
     assert isinstance(Caller().hear(), Status)
     assert all(command.command in ("annotate", "pause", "resume") for command in session.obeyed)
