@@ -358,7 +358,9 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--no-hog", action="store_true", help="without the CPU hog")
     given = parser.parse_args(given_words)
     with tempfile.TemporaryDirectory(prefix="soak") as place:
-        os.environ["XDG_RUNTIME_DIR"] = place
+        # Other sessions of this computer are none of ours.
+        os.environ |= {"XDG_RUNTIME_DIR": place, "TMPDIR": place}
+        tempfile.tempdir = place
         protocol = stretched(Path(place), given.minutes)
         people = [
             Soaked(f"P{number:02}", Path(place) / f"P{number:02}")

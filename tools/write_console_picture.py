@@ -29,12 +29,12 @@ from study.console.watching import WatchScreen  # noqa: E402
 from x11_driver import Hands  # noqa: E402
 
 SIZE = (112, 32)
-PHASE, TIMESTEP = 3, 60
+PHASE, TIMESTEP = 3, 20
 NOTE = "asked which key selects a robot; explained again"
 TARGET = ROOT / "docs" / "images" / "console.png"
 
 
-async def picture(pilot: Pilot[None], app: ConsoleApp, drawing: Path) -> None:
+async def picture(pilot: Pilot[None], app: ConsoleApp, path: Path, drawing: Path) -> None:
     """Take a note in phase three, and picture the screen a little later."""
 
     def there() -> bool:
@@ -43,6 +43,7 @@ async def picture(pilot: Pilot[None], app: ConsoleApp, drawing: Path) -> None:
         return bool(status and trial and status.place.phase == PHASE
                     and trial.timestep >= TIMESTEP)  # fmt: skip
 
+    app.follow(path)
     while not there():
         await pilot.pause(0.2)
     await pilot.press("n")
@@ -57,11 +58,11 @@ async def picture(pilot: Pilot[None], app: ConsoleApp, drawing: Path) -> None:
     await pilot.pause(1.0)
 
 
-async def watch(drawing: Path) -> None:
+async def watch(path: Path, drawing: Path) -> None:
     """Run the console without a terminal."""
-    app = ConsoleApp()
+    app = ConsoleApp("nobody: the session is chosen")
     async with app.run_test(size=SIZE) as pilot:
-        await picture(pilot, app, drawing)
+        await picture(pilot, app, path, drawing)
 
 
 def go_through(hands: Hands, found: Soaked, path: Path) -> None:
@@ -87,8 +88,9 @@ def as_png(drawing: Path, target: Path) -> None:
 def main() -> int:
     """Run the session and picture it."""
     with tempfile.TemporaryDirectory(prefix="sa") as place:
-        os.environ["XDG_RUNTIME_DIR"] = place
-        protocol = stretched(Path(place), 2.5)
+        os.environ |= {"XDG_RUNTIME_DIR": place, "TMPDIR": place}
+        tempfile.tempdir = place
+        protocol = stretched(Path(place), 3.0)
         found = Soaked("P01", Path(place) / "recordings")
         with real_study(str(protocol), found.folder) as (hands, _):
             hands.wait_for_window()
@@ -96,7 +98,7 @@ def main() -> int:
             player = threading.Thread(target=go_through, args=(hands, found, path), daemon=True)
             player.start()
             drawing = Path(place) / "console.svg"
-            asyncio.run(watch(drawing))
+            asyncio.run(watch(path, drawing))
             player.join(30)
         as_png(drawing, TARGET)
     print(f"Written: {TARGET}")

@@ -91,11 +91,8 @@ def _records(study: StudyRecordings, topics: tuple[str, ...]) -> int:
 
 def _notes(study: StudyRecordings) -> int:
     """Count notes, those before which a resumed session began anew included."""
-    return sum(
-        1
-        for session in study.sessions
-        for _ in session.recording.every_record(ExperimenterNoted.topic)
-    )
+    topic = ExperimenterNoted.topic
+    return sum(len(list(s.recording.every_record(topic))) for s in study.sessions)
 
 
 def _robots(study: StudyRecordings) -> int:

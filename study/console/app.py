@@ -78,7 +78,7 @@ class ConsoleApp(App[None]):
             or (each.status and each.status.facts.participant == self._participant)
         ]
         if not self._chose and len(wanted) == 1:
-            self._open(wanted[0].path)
+            self.follow(wanted[0].path)
             return
         self.query_one("#none", Static).update("Enter opens one." if found else NONE)
         options = self.query_one(OptionList)
@@ -94,14 +94,15 @@ class ConsoleApp(App[None]):
             for each in found:
                 options.replace_option_prompt(str(each.path), _line(each))
 
-    def _open(self, path: Path) -> None:
+    def follow(self, path: Path) -> None:
+        """Open the session of a socket."""
         self._chose = True
         self.push_screen(WatchScreen(path), lambda _: self.look())
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         """Follow the chosen session."""
         if event.option.id:
-            self._open(Path(event.option.id))
+            self.follow(Path(event.option.id))
 
 
 def _line(found: Found) -> str:

@@ -25,13 +25,9 @@ def candidates() -> list[Path]:
     if os.name != "posix":
         return []
     user = os.getuid()
-    found = [Path(tempfile.gettempdir()) / f"{FOLDER}-{user}"]
-    runtime = Path("/run/user") / str(user)
-    if runtime.is_dir():
-        found.insert(0, runtime / FOLDER)
-    if given := os.environ.get("XDG_RUNTIME_DIR"):
-        found.insert(0, Path(given) / FOLDER)
-    return list(dict.fromkeys(found))
+    temporary = Path(tempfile.gettempdir()) / f"{FOLDER}-{user}"
+    runtime = Path(os.environ.get("XDG_RUNTIME_DIR") or f"/run/user/{user}")
+    return [runtime / FOLDER, temporary] if runtime.is_dir() else [temporary]
 
 
 def is_private(folder: Path) -> bool:

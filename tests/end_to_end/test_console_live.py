@@ -41,6 +41,7 @@ def _own_runtime_folder(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Sessions of this test alone are found; the path of a socket has to be short."""
     with tempfile.TemporaryDirectory(prefix="sa") as folder:
         monkeypatch.setenv("XDG_RUNTIME_DIR", folder)
+        monkeypatch.setenv("TMPDIR", folder)
         monkeypatch.setenv("PYTHONPATH", str(ROOT))
         yield
 
