@@ -62,6 +62,10 @@ class KnownTrials:
             if trial < 0 or trial in self.trials or isinstance(record, Deviation):
                 yield sequence, record
 
+    def every_record(self, *topics: str) -> Iterator[tuple[Record, bool]]:
+        """Yield records, and whether they belong to the session: a resume leaves some out."""
+        return self.source.every_record(*topics)
+
     def columns(self, topic: str) -> list[dict[str, npt.NDArray[Any]]]:
         """Return a topic's fields as arrays, in blocks with a constant number of robots."""
         known = list(self.trials)

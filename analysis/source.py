@@ -37,5 +37,8 @@ class RecordingSource(Protocol):
     def records(self, *topics: str) -> Iterator[tuple[int, Record]]:
         """Yield (sequence, record) of these topics, in the order written."""
 
+    def every_record(self, *topics: str) -> Iterator[tuple[Record, bool]]:
+        """Yield records, and whether they belong to the session: a resume leaves some out."""
+
     def columns(self, topic: str) -> list[dict[str, npt.NDArray[Any]]]:
         """Return a topic's fields as arrays, in blocks with a constant number of robots."""

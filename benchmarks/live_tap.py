@@ -18,8 +18,9 @@ import numpy as np
 from benchmarks.made_up_sessions import machine, timesteps
 from study.events.fields import Record
 from study.events.inputs import FleetObserved, TimestepDue
-from study.foxglove.live_tap import LiveTap, TappedRecorder
+from study.foxglove.live_tap import LiveTap
 from study.recording.client import Recorder
+from study.recording.tapped import TappedRecorder
 
 ROUNDS = 10
 

@@ -292,12 +292,14 @@ class PauseScreen:
         confirm_stop: whether Y stops and keeps.
         can_erase: whether erasing is offered.
         confirm_erase: whether Y stops and erases.
+        can_go_on: whether the participant may end the pause; else only the experimenter can.
     """
 
     reason: str
     confirm_stop: bool
     can_erase: bool = False
     confirm_erase: bool = False
+    can_go_on: bool = True
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -66,6 +66,30 @@ class ChoiceSets:
         }
 
 
+class DemonstrationBuffer:
+    """Demonstrations of timesteps as they happen, in a few bytes each."""
+
+    def __init__(self) -> None:
+        self._states = bytearray()
+        self._actions = bytearray()
+
+    def add(self, row: Timestep) -> None:
+        """Take the operator's executed action of one timestep, if there was one."""
+        operated = row.operated
+        if operated >= 0 and row.action_sources[operated] == ActionSource.OPERATOR:
+            self._states += row.states[operated].astype(np.float32, copy=False).tobytes()
+            self._actions += row.actions[operated].astype(np.int32, copy=False).tobytes()
+
+    def collected(self, state_size: int) -> Demonstrations:
+        """Return all demonstrations so far.
+
+        Args:
+            state_size: d.
+        """
+        states = np.array(np.frombuffer(self._states, np.float32)).reshape(-1, state_size)
+        return Demonstrations(states, np.array(np.frombuffer(self._actions, np.int32)))
+
+
 def demonstrations(timesteps: Iterable[Timestep], state_size: int) -> Demonstrations:
     """Collect the operator's executed actions.
 
@@ -73,15 +97,23 @@ def demonstrations(timesteps: Iterable[Timestep], state_size: int) -> Demonstrat
         timesteps: events of one or more trials.
         state_size: d.
     """
-    states: list[npt.NDArray[np.float32]] = []
-    actions: list[int] = []
+    buffer = DemonstrationBuffer()
     for row in timesteps:
-        if row.operated >= 0 and row.action_sources[row.operated] == ActionSource.OPERATOR:
-            states.append(row.states[row.operated])
-            actions.append(int(row.actions[row.operated]))
+        buffer.add(row)
+    return buffer.collected(state_size)
+
+
+def joined(parts: Sequence[Demonstrations], state_size: int) -> Demonstrations:
+    """Return demonstrations one after the other.
+
+    Args:
+        parts: in order; may be none.
+        state_size: d.
+    """
+    none = np.empty((0, state_size), np.float32), np.empty(0, np.int32)
     return Demonstrations(
-        states=np.array(states, dtype=np.float32).reshape(-1, state_size),
-        actions=np.array(actions, dtype=np.int32),
+        states=np.concatenate([none[0], *(part.states for part in parts)]),
+        actions=np.concatenate([none[1], *(part.actions for part in parts)]),
     )
 
 

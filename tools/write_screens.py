@@ -52,6 +52,7 @@ OTHERS = {
     "survey_in_your_own_words": "remarks",
     "page_what_this_was_about": "debrief",
     "pause_confirm_erase": "pause_erase",
+    "pause_held": "pause_held",
 }
 """The same for the protocol that has every screen."""
 

@@ -16,6 +16,7 @@ from study.events.events import (
     Switched,
     Timestep,
 )
+from study.events.experimenter_records import ExperimenterNoted
 from study.events.fit_events import FitGateJudged
 from study.events.participant_events import InstrumentScored
 
@@ -66,6 +67,8 @@ def reconcile(study: StudyRecordings, rows: Mapping[str, int]) -> list[Count]:
         for name, topics in TOPICS.items()
         if name in rows
     ]
+    if "notes" in rows:
+        counts.append(Count("notes", rows["notes"], _notes(study)))
     if "scores" in rows:
         # Sessions that recorded no score are scored from their answers: not records of theirs.
         computed = int((scores.build(study).frame["origin"] == scores.COMPUTED).sum())
@@ -84,6 +87,12 @@ def _records(study: StudyRecordings, topics: tuple[str, ...]) -> int:
             for block in session.recording.columns(Timestep.topic)
         )
     return sum(1 for session in study.sessions for _ in session.recording.records(*topics))
+
+
+def _notes(study: StudyRecordings) -> int:
+    """Count notes, those before which a resumed session began anew included."""
+    topic = ExperimenterNoted.topic
+    return sum(len(list(s.recording.every_record(topic))) for s in study.sessions)
 
 
 def _robots(study: StudyRecordings) -> int:

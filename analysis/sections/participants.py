@@ -41,7 +41,7 @@ class Page:
         facts: (name, value), in order.
         figure: team reward by trial; None without a trial.
         rows: by condition, the reference first.
-        notes: what went otherwise, in words.
+        notes: what went otherwise, and what the experimenter noted, in words.
     """
 
     key: str
@@ -153,6 +153,12 @@ def _notes(session: Session, results: StudyResults) -> list[str]:
     rows = results.tables.frame("deviations")
     rows = rows[rows["participant"] == who]
     notes = [f"{text} ({code})" for code, text in zip(rows["code"], rows["text"], strict=True)]
+    taken = results.tables.frame("notes")
+    taken = taken[taken["participant"] == who]
+    notes += [
+        f"Experimenter, {_clock(float(t))} after the start: “{text}”"
+        for t, text in zip(taken["t"], taken["text"], strict=True)
+    ]
     notes += session.recording.problems
     departed = results.data.departures
     departed = departed[departed["participant"] == who]
@@ -160,3 +166,8 @@ def _notes(session: Session, results: StudyResults) -> list[str]:
         trials = counted(len(departed), "trial")
         notes.append(f"{trials} did not run as assigned; see “as treated”")
     return notes
+
+
+def _clock(seconds: float) -> str:
+    minutes, rest = divmod(int(seconds), 60)
+    return f"{minutes}:{rest:02}"

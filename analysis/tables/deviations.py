@@ -51,7 +51,7 @@ def build(study: StudyRecordings) -> Table:
 def session_rows(session: Session) -> list[dict[str, object]]:
     """Return the deviations of one session, in order, as rows of the table."""
     found: list[dict[str, object]] = []
-    part, running, paused_in = 1, -1, -1
+    part, running, paused_in, why = 1, -1, -1, ""
     anew: dict[str, object] | None = None
     """The row of a resume whose stage has not shown yet whether a fleet run begins anew."""
     for _, record in session.recording.records(*_TOPICS):
@@ -67,9 +67,9 @@ def session_rows(session: Session) -> list[dict[str, object]]:
             if record.kind != "trial":
                 anew = None
         elif isinstance(record, Paused):
-            paused_in = running
+            paused_in, why = running, record.reason
         elif isinstance(record, Resumed):
-            text = f"Stood still for {record.paused_ns / 1e9:.1f} s"
+            text = f"Stood still for {record.paused_ns / 1e9:.1f} s: {why}"
             row = {"trial_id": paused_in, "code": "paused", "text": text}
             found.append({"t": record.t_ns / 1e9, "part": part, **row})
         elif isinstance(record, Deviation):

@@ -63,12 +63,39 @@ def assign(
         )
     return Assignment(
         participant=reserved.pseudonym,
-        seed=seed if seed is not None else seed_from(f"{loaded.sha256} {reserved.pseudonym}"),
+        seed=seed if seed is not None else _seed_of(loaded, reserved.pseudonym),
         order=reserved.order,
         planned_index=-1 if reserved.pilot else reserved.slot - 1,
         operator_kind="person",
         pilot=reserved.pilot,
     )
+
+
+def foreseen(loaded: LoadedProtocol, participant: str, folder: Path) -> tuple[tuple[str, ...], int]:
+    """Return order and seed that a person's session has, or would have if it began now.
+
+    Args:
+        loaded: the protocol.
+        participant: pseudonymous id.
+        folder: where this study's recordings and the register are.
+
+    Raises:
+        StudyError: the id cannot be used, the participant withdrew, or the register cannot be used.
+    """
+    participant = check_participant(participant)
+    conditions = [condition.name for condition in loaded.protocol.conditions]
+    with Register(folder) as register:
+        bring_in_step(register)
+        order = register.expected_order(
+            loaded.protocol.study.name,
+            possible_orders(conditions, loaded.protocol.phase_three.order),
+            participant,
+        )
+    return order, _seed_of(loaded, participant)
+
+
+def _seed_of(loaded: LoadedProtocol, pseudonym: str) -> int:
+    return seed_from(f"{loaded.sha256} {pseudonym}")
 
 
 def who_broke_off(loaded: LoadedProtocol, folder: Path) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import typer
 
 from study.commands import (
+    console,
     demo,
     experiment,
     export_foxglove,
@@ -39,6 +40,7 @@ def study(*, version: VersionOption = False) -> None:
 
 app.command("demo")(demo.demo)
 app.command("run")(run.run)
+app.command("console")(console.console)
 app.command("participants")(participants.participants)
 app.command("simulate")(simulate.simulate)
 app.command("experiment")(experiment.experiment)

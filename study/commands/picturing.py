@@ -16,6 +16,7 @@ from study.errors import StudyError
 from study.loading import LoadedProtocol
 from study.messages import Messages
 from study.screens import FleetScreen, PageScreen, PauseScreen, Screen, SurveyScreen, WaitScreen
+from study.session.standstill import HELD
 from study.shell.drawing.renderer import Renderer
 from study.shell.fitting import InlineFitter
 from study.shell.virtual_loop import VirtualClock
@@ -94,6 +95,9 @@ def screens_of(loaded: LoadedProtocol, messages: Messages) -> dict[str, tuple[Sc
         asked = PauseScreen(reason="", confirm_stop=question == "confirm_stop", can_erase=True,
                             confirm_erase=question == "confirm_erase")  # fmt: skip
         album.kept[f"pause_{question}"] = (asked, clock.now_ns)
+    held = PauseScreen(reason=messages.say(HELD), confirm_stop=False, can_erase=True,
+                       can_go_on=False)  # fmt: skip
+    album.kept["pause_held"] = (held, clock.now_ns)
     return album.kept
 
 

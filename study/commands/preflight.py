@@ -22,6 +22,7 @@ from study.loading import LoadedProtocol, load_protocol
 from study.shell.pygame_check import require_pygame_ce
 
 if TYPE_CHECKING:
+    from study.commands.composing import Assignment
     from study.commands.running import Seat
     from study.shell.preflight.check import Check, Preflight
 
@@ -31,8 +32,12 @@ MARKS = {"green": "ok", "amber": "note", "red": "STOP"}
 
 def preflight(
     protocol: Annotated[str, typer.Argument(help="Protocol file, or name of a shipped one.")],
+    participant: Annotated[
+        str,
+        typer.Option("--participant", "-p", help="Whose sequence to rehearse, by the register."),
+    ] = "",
     order: Annotated[
-        str, typer.Option(help="Conditions in the order rehearsed, by commas; default: the first.")
+        str, typer.Option(help="Conditions in the order rehearsed; default: the participant's.")
     ] = "",
     output: Annotated[
         Path, typer.Option("--output", "-o", help="Folder of the recordings.")
@@ -61,7 +66,9 @@ def preflight(
     require_pygame_ce()
     loaded = load_protocol(protocol)
     seat = Seat(parse_size(size), fullscreen=fullscreen, ui_scale=check_ui_scale(ui_scale))
-    found = _look(loaded, order, output, seat, with_keys=keys)
+    assignment = _rehearsed(loaded, participant, order, output)
+    found = _look(loaded, assignment, output, seat, with_keys=keys)
+    found = found.model_copy(update={"participant": participant})
     try:
         output.mkdir(parents=True, exist_ok=True, mode=0o700)
         replace_text(output / FILE, found.model_dump_json(indent=1) + "\n", private=True)
@@ -76,13 +83,32 @@ def preflight(
         raise typer.Exit(3)
 
 
+def _rehearsed(loaded: LoadedProtocol, participant: str, order: str, folder: Path) -> Assignment:
+    """Return the order and seed to rehearse: a participant's own, if one is named.
+
+    Raises:
+        StudyError: the participant or the order cannot be used.
+    """
+    from study.commands.composing import parse_order  # noqa: PLC0415
+    from study.commands.enrolling import foreseen  # noqa: PLC0415 - slow to import
+    from study.commands.simulating import simulated_assignments  # noqa: PLC0415
+
+    (assignment,) = simulated_assignments(loaded, 1, seed=1)
+    if participant:
+        own, seed = foreseen(loaded, participant, folder)
+        assignment = dataclasses.replace(assignment, order=own, seed=seed)
+    if chosen := parse_order(order, assignment.order):
+        assignment = dataclasses.replace(assignment, order=chosen)
+    return assignment
+
+
 def _look(
-    loaded: LoadedProtocol, order: str, folder: Path, seat: Seat, *, with_keys: bool
+    loaded: LoadedProtocol, assignment: Assignment, folder: Path, seat: Seat, *, with_keys: bool
 ) -> Preflight:
     from study.shell.preflight.check import Preflight  # noqa: PLC0415
 
     began = time.perf_counter()
-    checks = tuple(_checks(loaded, order, folder, seat, with_keys=with_keys))
+    checks = tuple(_checks(loaded, assignment, folder, seat, with_keys=with_keys))
     return Preflight(
         utc=datetime.now(UTC).isoformat(timespec="seconds"),
         host=platform.node(),
@@ -94,20 +120,15 @@ def _look(
 
 
 def _checks(
-    loaded: LoadedProtocol, order: str, folder: Path, seat: Seat, *, with_keys: bool
+    loaded: LoadedProtocol, assignment: Assignment, folder: Path, seat: Seat, *, with_keys: bool
 ) -> Iterator[Check]:
     """Make all checks; those in the window last, so that the experimenter is not kept there."""
-    from study.commands.composing import parse_order  # noqa: PLC0415
     from study.commands.rehearsing import rehearse  # noqa: PLC0415
-    from study.commands.simulating import simulated_assignments  # noqa: PLC0415
     from study.shell.preflight import display, keys, machine  # noqa: PLC0415
     from study.shell.preflight.check import Check  # noqa: PLC0415
 
     protocol = loaded.protocol
     clocks = machine.Clocks()
-    (assignment,) = simulated_assignments(loaded, 1, seed=1)
-    if chosen := parse_order(order, assignment.order):
-        assignment = dataclasses.replace(assignment, order=chosen)
     rehearsal = rehearse(loaded, assignment)
     yield from rehearsal.checks
     yield machine.disk_space(folder, rehearsal.bytes)
@@ -133,13 +154,16 @@ def _checks(
                         advice="Try the keyboard by hand.")  # fmt: skip
 
 
-def preflight_remark(folder: Path, protocol_sha256: str, override: str) -> str:
+def preflight_remark(
+    folder: Path, protocol_sha256: str, override: str, participant: str = ""
+) -> str:
     """Return what a session records of the preflight before it; empty if there is none of today.
 
     Args:
         folder: of the recordings.
         protocol_sha256: of the protocol that is to be run.
         override: why to begin although it is red; empty for no reason.
+        participant: who is to take part; empty if that is not known yet.
 
     Raises:
         StudyError: it is red, and no reason is given to begin all the same.
@@ -152,6 +176,8 @@ def preflight_remark(folder: Path, protocol_sha256: str, override: str) -> str:
     remark = found.sentence
     if found.protocol_sha256 != protocol_sha256:
         remark += f"; of another protocol, {Path(found.protocol).name}"
+    if found.participant and found.participant != participant:
+        remark += f"; rehearsed for {found.participant}"
     if found.state != "red":
         return remark
     if not override.strip():

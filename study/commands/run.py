@@ -89,7 +89,7 @@ def run(
         errors.print(f"[yellow]{escape(warning)}[/]")
     window_size = parse_size(size)
     check_ui_scale(ui_scale)
-    remark = preflight_remark(output, loaded.sha256, override_preflight)
+    remark = preflight_remark(output, loaded.sha256, override_preflight, participant)
     scorers = parse_overrides(scorer or [])
     if resume:
         if again or order or seed is not None or pilot:

@@ -19,6 +19,7 @@ from study.commands.composing import (
 from study.commands.consenting import Given, ask_for_consent
 from study.commands.deviations import tell_deviations, tell_gates
 from study.commands.enrolling import Enrolled, Finished
+from study.commands.listening import catch_up, open_link, tracker_of
 from study.commands.not_taking_part import erase
 from study.commands.recorded_scorers import recorded_weights
 from study.commands.resuming import (
@@ -30,12 +31,13 @@ from study.commands.terminal import errors
 from study.events.events import Event, SessionEnded
 from study.events.inputs import Input, SessionOpened
 from study.events.shell import Note
-from study.foxglove.live_tap import LiveTap, TappedRecorder
+from study.foxglove.live_tap import LiveTap
 from study.loading import LoadedProtocol
 from study.messages import messages_for
 from study.protocol import StudyPart
 from study.recording.failover import FailoverRecorder
 from study.recording.parts import base_name
+from study.recording.tapped import Tap, TappedRecorder
 from study.session.session import Session
 from study.shell.conductor import Conductor
 from study.shell.fitting import ProcessFitter
@@ -122,11 +124,11 @@ def run_session(
     # The writer starts before anything that could take the study down, and ends last.
     recorder = start_failover_recorder(folder, loaded, opened, pilot=assignment.pilot)
     beginning = _Beginning(
+        opened,
         lambda _: opened,
         recorded=recorded,
         window=window,
         folder=folder,
-        outlet_of=opened if seat.lsl else None,
         enrolled=enrolled,
     )
     return _run(loaded, recorder, beginning, seat)
@@ -165,6 +167,7 @@ def resume_session(
         pilot=pilot,
     )
     beginning = _Beginning(
+        boundary.opened,
         lambda t_ns: end.resumed(boundary.after_sequence, t_ns, time.time_ns()),
         session=boundary.session,
         fits=boundary.fits,
@@ -172,7 +175,7 @@ def resume_session(
         recorded=recorded,
         folder=folder,
         earlier=tuple(part.path for part in boundary.recording.parts),
-        outlet_of=boundary.opened if seat.lsl else None,
+        boundary=boundary,
     )
     return _run(loaded, recorder, beginning, seat)
 
@@ -182,28 +185,30 @@ class _Beginning:
     """How a session starts in this process.
 
     Attributes:
+        opened: the session's first input of all.
         first_input: given the session's time, what is fed first.
         session: as it is before that.
         fits: what the fleet must know already.
         start_ns: the session's time at the start.
-        outlet_of: the session whose markers are published to Lab Streaming Layer, if they are.
         recorded: weights of other participants' scorers, by artefact id.
         window: open already, if consent was asked for in it.
         folder: where the recordings are.
         earlier: files of the session that were finished before.
         enrolled: told when the first input is recorded; None if the session is known to run.
+        boundary: where a resumed session goes on; None if it begins.
     """
 
+    opened: SessionOpened
     first_input: Callable[[int], Input]
     session: Session = dataclasses.field(default_factory=Session)
     fits: tuple[RestoredFit, ...] = ()
     start_ns: int = 0
-    outlet_of: SessionOpened | None = None
     recorded: Mapping[str, bytes] = dataclasses.field(default_factory=dict)
     window: Window | None = None
     folder: Path = Path()
     earlier: tuple[Path, ...] = ()
     enrolled: Enrolled | None = None
+    boundary: Boundary | None = None
 
 
 def _run(
@@ -219,7 +224,7 @@ def _run(
 
     with ExitStack() as stack:
         stack.callback(_close, recorder, recorder.sent_sequence)
-        outlet = LslOutlet(beginning.outlet_of) if beginning.outlet_of else None
+        outlet = LslOutlet(beginning.opened) if seat.lsl else None
         if outlet:
             stack.callback(outlet.close)
         task = loaded.protocol.task
@@ -231,10 +236,23 @@ def _run(
             closing(beginning.window or seat.open_window(loaded.protocol.study))
         )
         session, clock, tap = beginning.session, LiveClock(beginning.start_ns), seat.tap
-        records_to = recorder if tap is None else TappedRecorder(recorder, tap)
+        tracker = tracker_of(loaded, beginning.opened, recorder.path.name)
+        if beginning.boundary:
+            catch_up(tracker, beginning.boundary)
+        taps: list[Tap] = [tracker] if tap is None else [tracker, tap]
         conductor = Conductor(
-            session, records_to, fleet, fitter, epoch_ns=clock.epoch_ns, waits_for_disk=True
+            session,
+            TappedRecorder(recorder, *taps),
+            fleet,
+            fitter,
+            epoch_ns=clock.epoch_ns,
+            waits_for_disk=True,
         )
+        link = open_link(
+            beginning.opened.session_id, tracker, recorder, lambda: clock.epoch_ns + clock.now()
+        )
+        if link:
+            stack.callback(link.close)
         publisher = MarkerPublisher(outlet, clock.now, conductor.observe) if outlet else None
         if publisher:
             conductor.watch(publisher.publish)
@@ -246,7 +264,7 @@ def _run(
         conductor.feed(beginning.first_input(clock.now()))
         if seat.remark:
             conductor.observe(Note(clock.now(), seat.remark))
-        LiveLoop(conductor, window, recorder, clock).run()
+        LiveLoop(conductor, window, recorder, clock, link).run()
         if tap is not None:
             remark = f"live view: {tap.passed} records passed on, {tap.dropped} dropped"
             conductor.observe(Note(clock.now(), remark))

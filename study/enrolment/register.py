@@ -94,6 +94,28 @@ class Register(Ledger):
             )
             return self.must_know(study, pseudonym)
 
+    def expected_order(
+        self, study: str, orders: Sequence[tuple[str, ...]], pseudonym: str = ""
+    ) -> tuple[str, ...]:
+        """Return the order that a participant has, or would be given now; nothing is reserved.
+
+        Args:
+            study: its name.
+            orders: those of the design, in the sequence in which they are given out.
+            pseudonym: whose; somebody whom the register does not know gets the next one.
+
+        Raises:
+            StudyError: that participant withdrew.
+        """
+        gone = tombstones(self.folder).get(study, {})
+        if pseudonym and pseudonym.casefold() in map(str.casefold, gone):
+            raise withdrawn(pseudonym)
+        with self.transaction():
+            known = self.known(study, pseudonym) if pseudonym else None
+            if known is not None and known.order:
+                return known.order
+            return self._next_order(study, orders, pilot=False)
+
     def start(self, study: str, pseudonym: str) -> None:
         """Note that the recording begins, by this process."""
         with self.transaction():
@@ -191,8 +213,13 @@ class Register(Ledger):
 
     def _give_up_stale(self, study: str) -> None:
         for known in self.select("study = ? AND state = 'reserved'", study):
-            if known.lease is None or self.alive(known.lease) is False:
+            if self._is_stale(known):
                 self._give_up(known)
+
+    def _is_stale(self, known: Participant) -> bool:
+        """Whether a slot is reserved by a process that is gone."""
+        gone = known.lease is None or self.alive(known.lease) is False
+        return known.state == "reserved" and gone
 
     def _give_up(self, known: Participant) -> None:
         """Undo a reservation."""
@@ -213,4 +240,6 @@ class Register(Ledger):
         self, study: str, orders: Sequence[tuple[str, ...]], *, pilot: bool
     ) -> tuple[str, ...]:
         holders = self.select(f"study = ? AND pilot = ? AND state IN {HOLDING}", study, int(pilot))
-        return least_used_order(orders, [known.order for known in holders])
+        return least_used_order(
+            orders, [known.order for known in holders if not self._is_stale(known)]
+        )

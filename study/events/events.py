@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from study.events.experimenter_records import ExperimenterNoted
 from study.events.fields import (
     Record,
     boolean,
@@ -251,7 +252,7 @@ class Paused(Record):
     """The session stands still."""
 
     t_ns: int = fixed64(1, "time of the cause", unit="ns")
-    reason: str = string(2, '"operator", "focus lost", "window resized", ...')
+    reason: str = string(2, '"operator", "focus lost", "experimenter", "window resized", ...')
 
 
 @record("event", "resumed")
@@ -309,5 +310,6 @@ Event = (
     | Paused
     | Resumed
     | Deviation
+    | ExperimenterNoted
     | SessionEnded
 )

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from study.events.experimenter_records import ExperimenterCommanded
 from study.events.fields import (
     Record,
     blob,
@@ -218,4 +219,5 @@ Input = (
     | RecordingInterrupted
     | RecordingRestored
     | SessionResumed
+    | ExperimenterCommanded
 )

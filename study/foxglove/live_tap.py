@@ -15,12 +15,10 @@ import select
 import subprocess
 import time
 from collections import deque
-from collections.abc import Sequence
 from typing import Self
 
 from study.errors import StudyError
 from study.events.fields import Record
-from study.recording.failover import FailoverRecorder
 from study.recording.framing import MESSAGE_HEADER, FrameKind, frame
 from study.recording.opening import channel_numbers
 from study.recording.spawning import spawn_apart
@@ -149,31 +147,6 @@ class LiveTap:
             self._queue.clear()
             self._queued = 0
             self._rest = memoryview(b"")
-
-
-class TappedRecorder:
-    """A recorder whose records a live view gets too, after the recorder has taken them."""
-
-    def __init__(self, recorder: FailoverRecorder, tap: LiveTap) -> None:
-        self._recorder = recorder
-        self._tap = tap
-
-    def write(self, record: Record, log_time_ns: int) -> int:
-        """Record, then pass on; see `study.recording.failover.FailoverRecorder.write`."""
-        sequence = self._recorder.write(record, log_time_ns)
-        self._tap.offer(record, log_time_ns, sequence)
-        return sequence
-
-    def write_together(self, records: Sequence[tuple[Record, int]]) -> int:
-        """Record all or none, then pass them on."""
-        last = self._recorder.write_together(records)
-        for sequence, (record, log_time_ns) in enumerate(records, last - len(records) + 1):
-            self._tap.offer(record, log_time_ns, sequence)
-        return last
-
-    def ensure_durable(self, timeout_s: float) -> bool:
-        """Wait until everything written is on disk; the live view is not waited for."""
-        return self._recorder.ensure_durable(timeout_s)
 
 
 def require_live() -> None:

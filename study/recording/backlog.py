@@ -64,6 +64,13 @@ class Backlog:
         """Return since when records wait without any having become durable; None if none wait."""
         return self._waiting_since_ns if self._kept else None
 
+    def oldest_log_time_ns(self) -> int | None:
+        """Return the log time of the oldest record that waits; None if none does."""
+        try:
+            return self._kept[0].log_time_ns
+        except IndexError:
+            return None
+
     def frames(self) -> list[Framed]:
         """Return what waits, in order."""
         return list(self._kept)

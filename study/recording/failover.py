@@ -17,14 +17,13 @@ from study.recording.outcome import Outcome
 from study.recording.parts import part_name
 
 STALL_NS = 900_000_000
-"""Records that wait for the disk so long, with none getting there, mean that the writer stalls.
-The writer answers at least every half second; with the passes of a loop this is noticed within
-a second."""
+"""Records that wait for the disk so long, with none getting there, mean that the writer stalls: it
+answers at least every half second. A loop notices within a second."""
 
 PASS_NS = 500_000_000
 GRACE_NS = 600_000_000
-"""A longer time than the first between two checks means that this process itself stood still, and
-perhaps the whole machine. The writer then has the second to be heard."""
+"""More than the first between two checks: this process stood still, perhaps the whole machine. The
+writer then has the second to be heard."""
 
 TOO_FAST = "records come faster than the disk takes them"
 """A fault that another writer would not mend: time does."""
@@ -142,6 +141,11 @@ class FailoverRecorder:
     def healthy(self) -> bool:
         """Whether the writer works and less than half of the backlog's limit waits."""
         return self._recorder.healthy
+
+    @property
+    def unsaved_log_time_ns(self) -> int | None:
+        """Log time of the oldest record not known to be on disk; None if all are."""
+        return self._recorder.backlog.oldest_log_time_ns()
 
     @property
     def writer_pid(self) -> int:
@@ -276,8 +280,7 @@ class FailoverRecorder:
     def _fault_again(self) -> str | None:
         """As `check`, for the part begun since a fault that nobody was told of."""
         told, self._untold = self._untold, ""
-        fault = self.check(time.perf_counter_ns())
-        self._untold = told
+        fault, self._untold = self.check(time.perf_counter_ns()), told
         return fault
 
     def _fail_over(self, reason: str) -> None:

@@ -128,6 +128,17 @@ class SessionRecording:
                 if self._kept(sequence, span):
                     yield sequence, record
 
+    def every_record(self, *topics: str) -> Iterator[tuple[Record, bool]]:
+        """Yield records of these topics, and whether they belong to the session.
+
+        What a resume went back behind does not; a note of the experimenter is worth reading all
+        the same.
+        """
+        for part, span in zip(self.parts, self.spans, strict=True):
+            for sequence, record in part.records(*topics):
+                if _within(sequence, span):
+                    yield record, self._kept(sequence, span)
+
     def raw(self, *families: Family) -> Iterator[RawRecord]:
         """Yield records undecoded, in order of sequence; see `Recording.raw`."""
         for part, span in zip(self.parts, self.spans, strict=True):

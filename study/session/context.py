@@ -5,12 +5,13 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 
-from study.events.events import Event, Timestep
+from study.events.events import Event
 from study.events.task_description import TaskDescription
 from study.messages import Messages
 from study.protocol import Protocol
 from study.questionnaire import Questionnaire
 from study.session.effects import Effect
+from study.session.kept import KeptTimesteps
 
 
 @dataclasses.dataclass(slots=True)
@@ -52,7 +53,7 @@ class Knowledge:
     """What the session has learned so far.
 
     Attributes:
-        timesteps: events of the trials, by (phase, condition).
+        timesteps: what is kept of the trials, by (phase, condition).
         artefacts: ids of the fits that took effect.
         preparing: fits asked for in the background: request to artefact.
         preparations: the newest there is to go on from, by artefact.
@@ -67,7 +68,7 @@ class Knowledge:
         stop_reason: why the session ends when the stage is done; empty if it goes on.
     """
 
-    timesteps: dict[tuple[int, str], list[Timestep]] = dataclasses.field(default_factory=dict)
+    timesteps: dict[tuple[int, str], KeptTimesteps] = dataclasses.field(default_factory=dict)
     artefacts: set[str] = dataclasses.field(default_factory=set)
     preparing: dict[int, str] = dataclasses.field(default_factory=dict)
     preparations: dict[str, Preparation] = dataclasses.field(default_factory=dict)

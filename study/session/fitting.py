@@ -19,7 +19,7 @@ from study.session.fit_gate import FitEnd, judge
 from study.session.plan import FitPlan, PreparationPlan
 from study.session.rules import WARM_STARTS
 from study.session.stage import PassingStage, QuietStage
-from study.training_sets import arrays_sha256, choice_sets, demonstrations
+from study.training_sets import arrays_sha256, choice_sets, joined
 
 
 def fit_request(
@@ -27,18 +27,16 @@ def fit_request(
 ) -> RequestFit:
     """Return the request for a fit to what the session knows now."""
     protocol, knowledge = context.protocol, context.knowledge
-    rows = [
-        row
-        for phase, condition in plan.sources
-        for row in knowledge.timesteps.get((phase, condition), [])
-    ]
+    kept = [knowledge.timesteps[key] for key in plan.sources if key in knowledge.timesteps]
     state_size = len(context.description.state_fields)
     if plan.kind == "policy":
         member = protocol.policy
-        arrays = demonstrations(rows, state_size).arrays()
+        parts = [each.demonstrations.collected(state_size) for each in kept]
+        arrays = joined(parts, state_size).arrays()
     else:
         member = protocol.scorers[plan.member]
         robots, round_ = protocol.phase_two.robots, protocol.correction_round
+        rows = [row for each in kept for row in each.choices]
         sets = (
             choice_sets(rows, max(robots, round_.offered), state_size, of_larger=True)
             if round_

@@ -5,8 +5,6 @@ The same inputs give the same events, byte for byte, on any machine.
 
 from __future__ import annotations
 
-from typing import Literal
-
 from study.errors import RecordingError
 from study.events.codes import Phase
 from study.events.events import (
@@ -19,6 +17,7 @@ from study.events.events import (
     TrialEnded,
     TrialStarted,
 )
+from study.events.experimenter_records import ExperimenterCommanded, ExperimenterNoted
 from study.events.inputs import (
     FitCompleted,
     FitFailed,
@@ -37,9 +36,9 @@ from study.events.inputs import (
 )
 from study.events.participant_events import ConsentGiven
 from study.events.task_description import TaskDescription
-from study.messages import Messages, noted
+from study.messages import Messages
 from study.protocol import parse_protocol
-from study.screens import PauseScreen, Screen
+from study.screens import Screen
 from study.seat_settings import ConsentPart
 from study.session.consent import consent_sha256
 from study.session.context import Context, Knowledge, Outbox, Step
@@ -57,10 +56,7 @@ from study.session.plan import FitPlan, PagesPlan, StagePlan
 from study.session.sequence import stage_plans
 from study.session.stage import Stage
 from study.session.stages import make_stage
-
-_PAUSED = noted("Paused")
-_INTERRUPTED = noted("Saving was interrupted. One moment, please")
-_RESTORED = noted("Saving was interrupted for a moment; it works again")
+from study.session.standstill import Standstill
 
 
 class Session:
@@ -76,10 +72,7 @@ class Session:
         self._plans: tuple[StagePlan, ...] = ()
         self._index = -1
         self._stage: Stage | None = None
-        self._paused_ns = -1
-        self._asks: Literal["", "stop", "erase"] = ""
-        self._pause_reason = _PAUSED
-        self._interruption = ""
+        self._still = Standstill()
         self._trial_id = -1
         self.finished = False
         self.complete = False
@@ -115,8 +108,8 @@ class Session:
     @property
     def screen(self) -> Screen | None:
         """What is to be seen now; None before the session is open."""
-        if self._paused_ns >= 0:
-            return self._pause_screen()
+        if self._context is not None and self._still.on:
+            return self._still.screen(self._context)
         return self._stage.screen() if self._stage else None
 
     def _open(self, given: SessionOpened, out: Outbox) -> None:
@@ -162,13 +155,16 @@ class Session:
         out.events.append(ConsentGiven(given.t_ns, given.consent_sha256, given.consented_utc))
 
     def _route(self, given: Input, context: Context, out: Outbox) -> None:
+        still = self._still
         if isinstance(given, QuitRequested):
             self._end_early(given.t_ns, given.reason, out)
+        elif isinstance(given, ExperimenterCommanded):
+            self._experimenter(given, out)
         elif isinstance(given, FocusChanged):
-            if not given.focused and self._paused_ns < 0 and self._can_pause():
+            if not given.focused and not still.on and self._can_pause():
                 self._pause(given.t_ns, "focus lost", out)
         elif isinstance(given, WindowChanged):
-            if given.change != "restored" and self._paused_ns < 0 and self._can_pause():
+            if given.change != "restored" and not still.on and self._can_pause():
                 self._pause(given.t_ns, f"window {given.change}", out)
         elif isinstance(given, RecordingInterrupted):
             self._recording_interrupted(given, out)
@@ -176,7 +172,7 @@ class Session:
             self._recording_restored(given, out)
         elif isinstance(given, SessionResumed):
             self._go_back(given, out)
-        elif self._paused_ns >= 0 and isinstance(given, KeyChanged | PointerPressed | TimestepDue):
+        elif still.on and isinstance(given, KeyChanged | PointerPressed | TimestepDue):
             self._while_paused(given, context, out)
         elif (
             isinstance(given, KeyChanged)
@@ -194,10 +190,10 @@ class Session:
                 self._end_early(given.t_ns, context.knowledge.stop_reason, out)
             else:
                 self._next_stage(given.t_ns, out)
-        if self._paused_ns >= 0:
+        if still.on:
             # An answer of the fleet may arrive in a pause; the pause screen stays.
             kept = [effect for effect in out.effects if not moves_the_screen(effect)]
-            out.effects = [*kept, Show(self._pause_screen())]
+            out.effects = [*kept, Show(still.screen(context))]
 
     def _can_pause(self) -> bool:
         plan = self._plans[self._index]
@@ -207,48 +203,52 @@ class Session:
         return plan.place.phase != Phase.FOUR or plan.name in ("survey", "debrief")
 
     def _pause(self, t_ns: int, reason: str, out: Outbox) -> None:
-        self._paused_ns = t_ns
-        self._asks = ""
-        self._pause_reason = _PAUSED
+        self._still.begin(t_ns)
         if self._stage:
             self._stage.pause(out)
         out.events.append(Paused(t_ns, reason))
-        out.effects.append(Show(self._pause_screen()))
 
-    def _pause_screen(self) -> PauseScreen:
-        assert self._context is not None  # noqa: S101 - only an open session stands still
-        return PauseScreen(
-            self._context.say(self._pause_reason),
-            confirm_stop=self._asks == "stop",
-            can_erase=self._context.rules >= 1,
-            confirm_erase=self._asks == "erase",
-        )
+    def _experimenter(self, given: ExperimenterCommanded, out: Outbox) -> None:
+        """Do what the experimenter asks for; unlike the participant's, a pause holds anywhere."""
+        still = self._still
+        if given.command == "annotate" and given.text:
+            noted = ExperimenterNoted(given.t_ns, given.text, self._trial_id, self._index)
+            out.events.append(noted)
+        elif given.command == "pause" and not still.held:
+            text = "the experimenter paused the session"
+            out.events.append(Deviation(given.t_ns, "experimenter_paused", text, self._trial_id))
+            if still.on:
+                still.hold()
+            else:
+                self._pause(given.t_ns, "experimenter", out)
+                still.hold(alone=True)
+        elif given.command == "resume" and still.held:
+            if still.release():
+                self._resume(given.t_ns, out)
+        elif given.command == "end":
+            reason = given.text or "no reason given"
+            self._end_early(given.t_ns, f"ended by the experimenter: {reason}", out)
 
     def _recording_interrupted(self, given: RecordingInterrupted, out: Outbox) -> None:
         """Stand still, wherever the session is: what happens now might not be recorded."""
-        if self._paused_ns < 0:
+        if not self._still.on:
             self._pause(given.t_ns, "recording interrupted", out)
-        self._interruption = given.reason or "no reason given"
-        self._pause_reason = _INTERRUPTED
+        self._still.interrupt(given.reason)
 
     def _recording_restored(self, given: RecordingRestored, out: Outbox) -> None:
         """Leave it to the participant to go on."""
-        if not self._interruption:
-            return
-        text = f"{self._interruption}; recorded in part {given.part} from here"
-        out.events.append(Deviation(given.t_ns, "recording_interrupted", text, self._trial_id))
-        self._interruption = ""
-        self._pause_reason = _RESTORED
+        interruption = self._still.restore()
+        if interruption:
+            text = f"{interruption}; recorded in part {given.part} from here"
+            out.events.append(Deviation(given.t_ns, "recording_interrupted", text, self._trial_id))
 
     def _go_back(self, given: SessionResumed, out: Outbox) -> None:
         """Begin the stage anew that was entered last; what came after was never seen here.
 
         A trial gets a new id and keeps its start states, which are keyed by its place.
         """
-        if self._paused_ns >= 0:
-            out.events.append(Resumed(given.t_ns, given.t_ns - self._paused_ns))
-            self._paused_ns = -1
-        self._interruption = ""
+        if self._still.on:
+            out.events.append(Resumed(given.t_ns, self._still.end(given.t_ns)))
         plan = self._plans[self._index]
         text = (
             f"part {given.part} goes on after {given.gap_seconds:.1f} s "
@@ -271,23 +271,17 @@ class Session:
             word = words.get(given.key, "")
         else:
             return
-        if word == "continue" and self._interruption:
-            return
-        if word == "continue":
+        asked = self._still.take(word, can_erase=context.rules >= 1)
+        if asked == "continue":
             self._resume(given.t_ns, out)
-        elif word == "stop" and not self._asks:
-            self._asks = "stop"
-        elif word == "erase" and not self._asks and context.rules >= 1:
-            self._asks = "erase"
-        elif word in ("yes", "stop") and self._asks == "stop":
+        elif asked == "stop":
             self._end_early(given.t_ns, "stopped by the participant", out)
-        elif word in ("yes", "erase") and self._asks == "erase":
+        elif asked == "erase":
             out.effects.append(EraseRecording())
             self._end_early(given.t_ns, "erased by the participant", out)
 
     def _resume(self, t_ns: int, out: Outbox) -> None:
-        out.events.append(Resumed(t_ns, t_ns - self._paused_ns))
-        self._paused_ns = -1
+        out.events.append(Resumed(t_ns, self._still.end(t_ns)))
         if self._stage:
             self._stage.resume(t_ns, out)
             out.effects.append(Show(self._stage.screen()))

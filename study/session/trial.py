@@ -22,6 +22,7 @@ from study.session.controls import Controls
 from study.session.effects import EnsureDurable, SetPace, Show, StartFleet, StepFleet, StopFleet
 from study.session.fit_gate import trial_as_run
 from study.session.fleet_run import FleetRun
+from study.session.kept import KeptTimesteps
 from study.session.number_entry import NumberEntry
 from study.session.offers import OfferAllocation, trial_allocation
 from study.session.plan import UNIFORM_RANDOM, TrialPlan
@@ -278,7 +279,7 @@ class TrialStage:
         place = self._plan.place
         if place.phase not in (Phase.PRACTICE, Phase.FOUR):
             kept = self._context.knowledge.timesteps
-            kept.setdefault((place.phase, place.condition), []).append(row)
+            kept.setdefault((place.phase, place.condition), KeptTimesteps()).add(row, place.phase)
         ended = run.observe(given)
         out.events += [
             episode_ended(episode, given.t_ns, self._trial_id, self._timestep) for episode in ended

@@ -11,6 +11,8 @@ from types import FrameType
 
 import numpy as np
 
+from study.console.link import ConsoleLink
+from study.events.experimenter_records import ExperimenterCommanded
 from study.events.inputs import (
     FocusChanged,
     Input,
@@ -74,15 +76,28 @@ class LiveLoop:
     Pictures and timesteps come on absolute deadlines, so that neither drifts; between
     them the loop sleeps until a key or a deadline. A picture is painted ahead of its
     deadline, and presented on it.
+
+    Args:
+        conductor: the session's hands.
+        window: what the participant sees and presses.
+        recorder: whose health is watched.
+        clock: the session's time.
+        console: what an experimenter may watch and command by; None if there is none.
     """
 
     def __init__(
-        self, conductor: Conductor, window: Window, recorder: FailoverRecorder, clock: LiveClock
+        self,
+        conductor: Conductor,
+        window: Window,
+        recorder: FailoverRecorder,
+        clock: LiveClock,
+        console: ConsoleLink | None = None,
     ) -> None:
         self._conductor = conductor
         self._window = window
         self._recorder = recorder
         self._clock = clock
+        self._console = console
         self._quit_reason = ""
         self._next_due_ns = 0
         self._shown: Screen | None = None
@@ -121,6 +136,7 @@ class LiveLoop:
         while not self._conductor.finished:
             self._watch_recording()
             self._take_inputs()
+            self._take_commands()
             self._conductor.collect(clock.now)
             self._step_clock()
             now = clock.now()
@@ -176,6 +192,17 @@ class LiveLoop:
             if self._conductor.finished:
                 return
             self._conductor.feed(self._stamped(raw))
+
+    def _take_commands(self) -> None:
+        """Take what the experimenter asks for, and tell what is to be seen."""
+        if self._console is None:
+            return
+        for command in self._console.poll():
+            if self._conductor.finished:
+                return
+            t_ns = self._clock.now()
+            self._conductor.feed(ExperimenterCommanded(t_ns, command.command, command.text))
+        self._console.tell(self._clock.now())
 
     def _stamped(self, raw: RawInput) -> Input:
         t_ns = max(0, raw.at_perf_ns - self._clock.origin_perf_ns)

@@ -10,11 +10,15 @@ from pathlib import Path
 
 import pytest
 
-from study.commands.preflight import preflight_remark
+from study.commands.composing import seed_from
+from study.commands.preflight import _rehearsed, preflight_remark
+from study.enrolment.register import Register
+from study.enrolment.withdrawing import leave_tombstone
 from study.errors import StudyError
 from study.loading import load_protocol
+from study.orders import possible_orders
 from study.shell.preflight.check import FILE
-from x11_driver import x_server
+from x11_driver import Hands, x_server
 
 
 def _study(*words: str, display: str) -> subprocess.CompletedProcess[str]:
@@ -54,3 +58,67 @@ def test_red_blocks_and_an_override_is_recorded(tmp_path: Path) -> None:
     assert remark.endswith("begun all the same: the disk is emptied at noon")
     with pytest.raises(StudyError, match="--override-preflight"):
         preflight_remark(tmp_path, sha256, "  ")
+
+
+@pytest.mark.parametrize("together", [True, False], ids=["held together", "one after the other"])
+def test_the_keyboard_is_tried_with_real_keys(tmp_path: Path, together: bool) -> None:
+    """Two real keys held at once are green; the same keys one by one are red, and so is all."""
+    environment = {**os.environ, "SDL_VIDEODRIVER": "x11"}
+    command = [sys.executable, "-m", "study.commands.main", "preflight", "smoke", "-o",
+               str(tmp_path), "--json"]  # fmt: skip
+    with x_server(1280, 960) as display:
+        preflight = subprocess.Popen(
+            command, env={**environment, "DISPLAY": display}, stdout=subprocess.PIPE, text=True
+        )
+        hands = Hands(display)
+        hands.wait_for_window()
+        # Nobody says when the page is there: they are pressed until the preflight has ended.
+        while preflight.poll() is None:
+            if together:
+                hands.key("up", down=True)
+            else:
+                hands.tap("up")
+            hands.tap("left")
+            if together:
+                hands.key("up", down=False)
+            hands.focus_whatever_is_there()
+        hands.close()
+        out, _ = preflight.communicate()
+    (check,) = [each for each in json.loads(out)["checks"] if each["name"] == "keyboard"]
+    if together:
+        assert (check["state"], check["found"]) == ("green", "both arrived together")
+    else:
+        assert (check["state"], check["found"]) == ("red", "both arrived, never together")
+        assert preflight.returncode == 3
+
+
+def test_a_participants_own_sequence_is_rehearsed(tmp_path: Path) -> None:
+    """Order by the register: one's own, or the one that is next; nothing is reserved by it."""
+    loaded = load_protocol("smoke")
+    study, design = loaded.protocol.study.name, loaded.protocol.phase_three.order
+    names = [condition.name for condition in loaded.protocol.conditions]
+    first, second = possible_orders(names, design)
+    with Register(tmp_path) as register:
+        register.reserve(study, [first, second], pseudonym="P01", order=second)
+        register.start(study, "P01")
+
+    def rehearsed(participant: str) -> tuple[str, ...]:
+        return _rehearsed(loaded, participant, "", tmp_path).order
+
+    assert rehearsed("P01") == second
+    assert rehearsed("P02") == first
+    with Register(tmp_path) as register:
+        assert [each.pseudonym for each in register.participants(study)] == ["P01"]
+        register.reserve(study, [first, second], pseudonym="P02")
+        register.start(study, "P02")
+        register.reserve(study, [first, second], pseudonym="P03")
+        register.start(study, "P03")
+    assert rehearsed("P04") == second
+    assert _rehearsed(loaded, "P01", ",".join(first), tmp_path).order == first
+    assert _rehearsed(loaded, "P01", "", tmp_path).seed == seed_from(f"{loaded.sha256} P01")
+    with pytest.raises(StudyError, match="cannot be used"):
+        rehearsed("../P01")
+    with Register(tmp_path) as register:
+        leave_tombstone(register, study, "P03")
+    with pytest.raises(StudyError, match="P03"):
+        rehearsed("P03")

@@ -11,6 +11,7 @@ import numpy as np
 
 from study.events.codes import Outcome
 from study.events.events import Event, StageEntered
+from study.events.experimenter_records import ExperimenterCommanded
 from study.events.inputs import (
     FitCompleted,
     FitFailed,
@@ -165,6 +166,10 @@ class FakeShell:
         self.interrupted = False
         return self.feed(RecordingRestored(self.later(1_000_000), part=2))
 
+    def command(self, command: str, text: str = "") -> tuple[Event, ...]:
+        """Let the experimenter ask for something at the console."""
+        return self.feed(ExperimenterCommanded(self.later(1_000_000), command, text))
+
     # Made-up answers
 
     def answer_fleet(self, alter: Alter | None = None) -> tuple[Event, ...]:
@@ -261,7 +266,10 @@ class FakeShell:
         if self.interrupted:
             self.restore()
         elif isinstance(screen, PauseScreen):
-            self.key("return")
+            if not screen.can_go_on:
+                self.command("resume")
+            else:
+                self.key("return")
         elif self.fleet is not None:
             self.answer_fleet()
         elif self.fit is not None:

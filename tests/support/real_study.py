@@ -17,7 +17,11 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @contextmanager
 def real_study(
-    protocol: str, folder: Path, *options: str, display_size: tuple[int, int] = (1280, 960)
+    protocol: str,
+    folder: Path,
+    *options: str,
+    display_size: tuple[int, int] = (1280, 960),
+    program: tuple[str, ...] = ("-m", "study.commands.main"),
 ) -> Iterator[tuple[Hands, subprocess.Popen[bytes]]]:
     """Run participant P01's session; yield hands at its window, and the program.
 
@@ -26,6 +30,7 @@ def real_study(
         folder: where the recording goes.
         options: more of the command's.
         display_size: of the virtual screen, pixels.
+        program: what Python runs, if not the study's own command.
     """
     with x_server(*display_size) as display:
         environment = {
@@ -33,8 +38,9 @@ def real_study(
             "DISPLAY": display,
             "SDL_VIDEODRIVER": "x11",
             "SDL_AUDIODRIVER": "dummy",
+            "PYTHONPATH": str(ROOT),
         }
-        command = [sys.executable, "-m", "study.commands.main", "run", protocol, "-p", "P01"]
+        command = [sys.executable, *program, "run", protocol, "-p", "P01"]
         study = subprocess.Popen([*command, "-o", str(folder), *options], env=environment, cwd=ROOT)
         hands = Hands(display)
         try:

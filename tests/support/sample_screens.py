@@ -386,6 +386,18 @@ def samples() -> dict[str, Screen]:
         "pause_erase_sure": PauseScreen("", confirm_stop=False, can_erase=True, confirm_erase=True),
         "pause": PauseScreen("Paused", confirm_stop=False),
         "pause_stop": PauseScreen("Paused", confirm_stop=True),
+        "pause_held": PauseScreen(
+            "The experimenter has paused the session",
+            confirm_stop=False,
+            can_erase=True,
+            can_go_on=False,
+        ),
+        "pause_held_stop": PauseScreen(
+            "The experimenter has paused the session",
+            confirm_stop=True,
+            can_erase=True,
+            can_go_on=False,
+        ),
         "end": EndScreen(
             "Thank you!", "That was all. Please tell the experimenter that you have finished."
         ),

@@ -13,6 +13,7 @@ import numpy as np
 from patience import PATIENCE_S
 from study.events import events as ev
 from study.events.codes import ActionSource, ChoiceFlag, ChoiceSource, Outcome, Phase
+from study.events.experimenter_records import ExperimenterNoted
 from study.events.fields import Record
 from study.events.fit_events import FitGateJudged
 from study.events.inputs import FitCompleted, SessionOpened
@@ -357,6 +358,7 @@ class Session:
         if plan.index % 5 == 3:
             self.add(ev.Resumed(self.now, 12 * SECOND))
             self.add(ev.Deviation(self.now, "practice_repeated", "Practice was repeated", -1))
+            self.add(ExperimenterNoted(self.now, "Wore gloves", -1, 9))
         complete = plan.stop_after is None
         reason = "complete" if complete else "window closed"
         self.add(ev.SessionEnded(self.now, complete, reason))

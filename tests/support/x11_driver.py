@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import subprocess
@@ -12,6 +13,7 @@ from contextlib import contextmanager
 import pytest
 from Xlib import XK, X
 from Xlib.display import Display
+from Xlib.error import XError
 from Xlib.ext import xtest
 from Xlib.xobject.drawable import Window
 
@@ -84,6 +86,14 @@ class Hands:
                     return window
             time.sleep(0.05)
         raise AssertionError("no window appeared")
+
+    def focus_whatever_is_there(self) -> None:
+        """Give a window the keyboard, if there is one: a program may close one and open another."""
+        for window in self._display.screen().root.query_tree().children:
+            with contextlib.suppress(XError):
+                if window.get_attributes().map_state == X.IsViewable:
+                    window.set_input_focus(X.RevertToPointerRoot, X.CurrentTime)
+        self._display.sync()
 
     def resize(self, width: int, height: int) -> None:
         """Give the window another size, from the screen's corner on, as a window manager does."""

@@ -20,6 +20,10 @@ def _words(canvas: Canvas, screen: PauseScreen) -> tuple[str, str]:
         )  # fmt: skip
     if screen.confirm_stop:
         return say("Stop the session?"), say("It ends here. What was recorded so far is kept.")
+    if not screen.can_go_on:
+        return (
+            screen.reason, say("Everything stands still. The experimenter will go on with you.")
+        )  # fmt: skip
     return (
         screen.reason or say("Paused"), say("Everything stands still. Go on when you are ready.")
     )  # fmt: skip
@@ -38,9 +42,11 @@ def _choices(canvas: Canvas, screen: PauseScreen) -> list[tuple[str, str, str]]:
 
 
 def _action(canvas: Canvas, screen: PauseScreen) -> str:
-    if screen.confirm_stop or screen.confirm_erase:
-        return canvas.say("to go on instead")
-    return canvas.say("to go on")
+    """Return what Enter does; empty if it does nothing."""
+    asked = screen.confirm_stop or screen.confirm_erase
+    if not screen.can_go_on:
+        return canvas.say("to go back") if asked else ""
+    return canvas.say("to go on instead") if asked else canvas.say("to go on")
 
 
 def _inside(canvas: Canvas, screen: PauseScreen) -> tuple[pygame.Rect, int, int]:
@@ -62,14 +68,15 @@ def targets(canvas: Canvas, screen: PauseScreen) -> list[tuple[str, pygame.Rect]
     u = canvas.u
     inside, _, _ = _inside(canvas, screen)
     middle = inside.bottom - u(30)
-    button = chrome.button_rect(canvas, _action(canvas, screen), inside.right, middle)
+    action = _action(canvas, screen)
+    button = chrome.button_rect(canvas, action or canvas.say("to go on"), inside.right, middle)
     found = []
     left = inside.left - u(8)
     for target, key, words in _choices(canvas, screen):
         width = chrome.keys_width(canvas, key, words, u(36), u(19)) + u(16)
         found.append((target, pygame.Rect(left, button.top, width, button.height)))
         left += width + u(8)
-    return [*found, ("continue", button)]
+    return [*found, ("continue", button)] if action else found
 
 
 def draw(canvas: Canvas, screen: PauseScreen) -> None:
@@ -89,4 +96,5 @@ def draw(canvas: Canvas, screen: PauseScreen) -> None:
     for target, key, words in _choices(canvas, screen):
         place = places[target]
         chrome.draw_keys(canvas, key, words, place.left + u(8), place.centery, u(36), u(19))
-    chrome.draw_button(canvas, places["continue"], _action(canvas, screen))
+    if action := _action(canvas, screen):
+        chrome.draw_button(canvas, places["continue"], action)

@@ -46,6 +46,7 @@ class Preflight(BaseModel):
         host: computer.
         protocol: path of the file.
         protocol_sha256: of its bytes.
+        participant: whose sequence was rehearsed; empty if nobody's in particular.
         seconds: how long it took.
         checks: in the order in which they were made.
     """
@@ -56,6 +57,7 @@ class Preflight(BaseModel):
     host: str
     protocol: str
     protocol_sha256: str
+    participant: str = ""
     seconds: float
     checks: tuple[Check, ...]
 

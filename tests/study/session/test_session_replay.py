@@ -36,7 +36,9 @@ KEYS = [
 TARGETS = ["", "confirm", "back", "continue", "stop", "robot:0", "robot:4", "robot:99", "robot:x"]
 TARGETS += ["robot:-1", "answer:q1:5", "answer:q2:9", "answer:q9:1", "focus:q2", "answer:q1:"]
 
+COMMANDS = ["pause", "pause", "resume", "annotate", "end", "", "dance"]
 wild_moves = st.one_of(
+    st.tuples(st.just("command"), st.sampled_from(COMMANDS), st.booleans()),
     st.tuples(st.just("key"), st.sampled_from(KEYS), st.booleans()),
     st.tuples(st.just("point"), st.sampled_from(TARGETS), st.just(False)),
     st.tuples(
@@ -67,6 +69,8 @@ def make(shell: FakeShell, kind: str, what: str, yes: bool) -> None:
         shell.key(what, down=yes)
     elif kind == "point":
         shell.point(what)
+    elif kind == "command":
+        shell.command(what, "a reason, <b>or</b> a note" if yes else "")
     elif kind == "focus":
         shell.feed(FocusChanged(shell.later(), yes))
     elif kind == "due":

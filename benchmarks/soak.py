@@ -1,0 +1,393 @@
+"""Participants at real speed in real windows beside a CPU hog: memory, records and pictures.
+
+    python -m benchmarks.soak
+    python -m benchmarks.soak --minutes 2 --together
+
+Each session is `study run` on the pilot protocol, stretched to the time asked for, in a window on
+its own virtual X server (Xvfb). Real keys (XTEST) press their way through; where the session is,
+whoever presses them learns as an experimenter would, from the link of `study console`. Another
+process takes all the CPU time that it gets.
+
+Of each session it says: how the memory of study, writer and fitting process grows after ten
+minutes (half of a shorter run), whether the recording lacks any record that the study accepted, by
+a log kept apart, and how punctual pictures and timesteps were. Exit status 1: a record is missing,
+a session did not reach its end, or, in a run of twenty minutes or more, memory grows by 1 MiB an
+hour.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import dataclasses
+import os
+import random
+import re
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import zlib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "support")]
+
+from study.commands import composing  # noqa: E402
+from study.console.finding import find_sessions  # noqa: E402
+from study.console.wire import Ended, Status, parse_said  # noqa: E402
+from study.events.fields import Record  # noqa: E402
+from study.events.shell import TrialTiming  # noqa: E402
+from study.recording.failover import FailoverRecorder  # noqa: E402
+from study.recording.parts import read_session  # noqa: E402
+from study.recording.wire import encode  # noqa: E402
+from study.verification import verify  # noqa: E402
+from x11_driver import Hands, x_server  # noqa: E402
+
+LONGEST_START_S = 120.0
+SETTLED_S = 600.0
+JUDGED_MINUTES = 20.0
+MOST_MIB_AN_HOUR = 1.0
+PILOT_TRIALS_S = 270.0
+PILOT_REST_S = 100.0
+PHASE_FOUR = 4
+MEBIBYTE = 1 << 20
+
+
+class LoggedRecorder(FailoverRecorder):
+    """A recorder that notes in a log what it has accepted: number, topic and checksum."""
+
+    log = -1
+
+    def write(self, record: Record, log_time_ns: int) -> int:
+        """Record, then note."""
+        number = super().write(record, log_time_ns)
+        self._note([(record, log_time_ns)], number)
+        return number
+
+    def write_together(self, records: Sequence[tuple[Record, int]]) -> int:
+        """Record all, then note them."""
+        last = super().write_together(records)
+        self._note(records, last)
+        return last
+
+    def _note(self, records: Sequence[tuple[Record, int]], last: int) -> None:
+        first = last - len(records) + 1
+        lines = [
+            f"{number} {record.topic} {zlib.crc32(encode(record))}\n"
+            for number, (record, _) in enumerate(records, first)
+        ]
+        os.write(LoggedRecorder.log, "".join(lines).encode())
+
+
+def seat(log: str, words: list[str]) -> None:
+    """Be the study's program, with a log of what is accepted."""
+    from study.commands.main import main as study  # noqa: PLC0415
+
+    LoggedRecorder.log = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
+    composing.FailoverRecorder = LoggedRecorder  # type: ignore[misc]
+    sys.argv = ["study", *words]
+    study()
+
+
+def stretched(folder: Path, minutes: float) -> Path:
+    """Write the pilot protocol so that a session takes about so long; return its path."""
+    text = (ROOT / "protocols" / "pilot.toml").read_text(encoding="utf-8")
+    factor = max(0.1, (60 * minutes - PILOT_REST_S) / PILOT_TRIALS_S)
+    longer = f"trial_timesteps = {round(240 * factor)}"
+    text, changed = re.subn(r"trial_timesteps = 240\b", longer, text)
+    assert changed == 2, "the pilot protocol is another one"
+    path = folder / "soak.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@dataclasses.dataclass
+class Soaked:
+    """What one session came to.
+
+    Attributes:
+        participant: whose.
+        folder: of its recording and log.
+        memory: name of process to times, s, and resident bytes.
+        states: how many the link told.
+        unsaved_s: the oldest that a record not on disk was said to be.
+        ended: how it ended; None if it did not.
+        cause: what went wrong while pressing keys; None if nothing did.
+    """
+
+    participant: str
+    folder: Path
+    memory: dict[str, list[tuple[float, int]]] = dataclasses.field(default_factory=dict)
+    states: int = 0
+    unsaved_s: float = 0.0
+    ended: Ended | None = None
+    cause: BaseException | None = None
+
+
+class Player:
+    """Presses the keys of one session."""
+
+    def __init__(self, hands: Hands, found: Soaked, seed: int) -> None:
+        self._hands = hands
+        self._found = found
+        self._random = random.Random(seed)  # noqa: S311 - nothing secret
+        self._status: Status | None = None
+
+    def play(self, path: Path) -> None:
+        """Go through to the end."""
+        with socket.socket(socket.AF_UNIX) as link:
+            link.connect(str(path))
+            link.setblocking(False)  # noqa: FBT003
+            come = b""
+            while self._found.ended is None:
+                with contextlib.suppress(BlockingIOError):
+                    data = link.recv(1 << 18)
+                    if not data:
+                        return
+                    come += data
+                *lines, come = come.split(b"\n")
+                for line in lines:
+                    self._hear(parse_said(line))
+                if self._status is not None:
+                    self._act(self._status)
+
+    def _hear(self, said: object) -> None:
+        if isinstance(said, Ended):
+            self._found.ended = said
+        elif isinstance(said, Status):
+            self._found.states += 1
+            self._found.unsaved_s = max(self._found.unsaved_s, said.disk.unsaved_s)
+            self._status = said
+
+    def _act(self, status: Status) -> None:
+        hands, chance, place = self._hands, self._random, status.place
+        if status.state == "paused":
+            hands.focus_whatever_is_there()
+            hands.tap("return")
+            time.sleep(0.3)
+        elif status.trial is not None and place.phase < PHASE_FOUR:
+            if place.phase in (2, 3) and chance.random() < 0.3:
+                hands.tap(chance.choice(["1", "2", "3", "4", "tab"]))
+            keys = ["up", "up", "up", "left", "right", "down"]
+            hands.tap(chance.choice(keys), hold_s=chance.choice([0.02, 0.15, 0.3]))
+        elif place.kind == "survey":
+            for key in (chance.choice("1234567"), chance.choice("1234567"), "return"):
+                hands.tap(key)
+            time.sleep(0.3)
+        elif place.name == "thanks":
+            hands.key("return", down=True)
+            time.sleep(0.5)
+        elif place.kind in ("pages", "trial", "reveal") and place.phase < PHASE_FOUR:
+            hands.focus_whatever_is_there()
+            hands.tap("return")
+            time.sleep(0.3)
+        else:
+            time.sleep(0.1)
+
+
+def processes(pid: int) -> dict[str, int]:
+    """Return a session's processes by name."""
+    found = {"study": pid}
+    with contextlib.suppress(OSError):
+        for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
+            command = Path(f"/proc/{child}/cmdline").read_bytes()
+            name = "writer" if b"recording.writer" in command else "fitting"
+            if b"resource_tracker" not in command:
+                found[name] = int(child)
+    return found
+
+
+def resident(pid: int) -> int:
+    """Return a process's resident memory, bytes."""
+    pages = Path(f"/proc/{pid}/statm").read_text().split()[1]
+    return int(pages) * os.sysconf("SC_PAGE_SIZE")
+
+
+def sample(pid: int, found: Soaked, stop: threading.Event) -> None:
+    """Note the memory of all processes of a session once a second."""
+    began = time.monotonic()
+    while not stop.wait(1.0):
+        for name, process in processes(pid).items():
+            with contextlib.suppress(OSError, IndexError):
+                row = (time.monotonic() - began, resident(process))
+                found.memory.setdefault(name, []).append(row)
+
+
+def run_one(protocol: Path, found: Soaked, seed: int) -> None:
+    """Run one session from welcome to thanks."""
+    found.folder.mkdir(parents=True)
+    stop = threading.Event()
+    with x_server() as display:
+        environment = os.environ | {
+            "DISPLAY": display, "SDL_VIDEODRIVER": "x11", "SDL_AUDIODRIVER": "dummy",
+            "PYTHONPATH": str(ROOT),
+        }  # fmt: skip
+        command = [sys.executable, "-m", "benchmarks.soak", "--seat", str(found.folder / "log")]
+        command += ["run", str(protocol), "-p", found.participant, "-o", str(found.folder)]
+        with (found.folder / "said").open("wb") as said:
+            study = subprocess.Popen(
+                command, env=environment, cwd=ROOT, stdout=said, stderr=subprocess.STDOUT
+            )
+        watch = threading.Thread(target=sample, args=(study.pid, found, stop))
+        watch.start()
+        hands = Hands(display)
+        try:
+            hands.wait_for_window()
+            Player(hands, found, seed).play(socket_of(found.participant))
+            study.wait(60)
+        except BaseException as error:
+            found.cause = error
+        finally:
+            stop.set()
+            watch.join()
+            hands.close()
+            study.terminate()
+            study.wait(60)
+
+
+def socket_of(participant: str) -> Path:
+    """Wait until a participant's session can be found; return its socket."""
+    until = time.monotonic() + LONGEST_START_S
+    while time.monotonic() < until:
+        for each in find_sessions():
+            if each.status and each.status.facts.participant == participant:
+                return each.path
+        time.sleep(0.2)
+    raise TimeoutError(f"no session of {participant}")
+
+
+@contextlib.contextmanager
+def hog(*, wanted: bool) -> Iterator[None]:
+    """Let a process take all the CPU time that it gets."""
+    if not wanted:
+        yield
+        return
+    process = subprocess.Popen([sys.executable, "-c", "while True: pass"])
+    try:
+        yield
+    finally:
+        process.kill()
+        process.wait()
+
+
+def slope(rows: list[tuple[float, int]]) -> float | None:
+    """Return how memory grows once it has settled, MiB an hour; None if that is too short."""
+    if not rows:
+        return None
+    after = min(SETTLED_S, rows[-1][0] / 2)
+    settled = np.array([row for row in rows if row[0] >= after], dtype=np.float64)
+    if len(settled) < 10:
+        return None
+    return float(np.polyfit(settled[:, 0] / 3600, settled[:, 1] / MEBIBYTE, 1)[0])
+
+
+def lost(found: Soaked) -> tuple[int, int, list[int]]:
+    """Return how many records were accepted, how many timesteps among them, and what lacks."""
+    accepted: dict[int, tuple[str, int]] = {}
+    for line in (found.folder / "log").read_text().splitlines():
+        number, topic, checksum = line.split()
+        accepted[int(number)] = (topic, int(checksum))
+    first = sorted(found.folder.glob("*.mcap*"))[0]
+    recording = read_session(first)
+    there = {raw.sequence: (raw.topic, zlib.crc32(raw.data)) for raw in recording.raw()}
+    missing = [number for number, what in accepted.items() if there.get(number) != what]
+    steps = sum(topic == "event/timestep" for topic, _ in accepted.values())
+    return len(accepted), steps, missing
+
+
+def report(found: Soaked, *, judge_memory: bool) -> bool:
+    """Print what a session came to; return whether all was well."""
+    print(f"\n{found.participant}:")
+    if found.cause is not None or found.ended is None or not found.ended.complete:
+        print(f"  did not reach its end: {found.cause or found.ended}")
+        print((found.folder / "said").read_text()[-2000:])
+        return False
+    accepted, steps, missing = lost(found)
+    print(f"  {accepted:,} records accepted, {steps:,} of them timesteps; {len(missing)} lost")
+    path = sorted(found.folder.glob("*.mcap"))[0]
+    verdict = verify(path)
+    print(f"  replay: {'identical' if verdict.matches else verdict.difference}")
+    well = not missing and verdict.matches
+    for name, rows in sorted(found.memory.items()):
+        grows = slope(rows)
+        last = rows[-1][1] / MEBIBYTE
+        said = "too short to say" if grows is None else f"{grows:+.2f} MiB an hour"
+        print(f"  memory of {name}: {last:.0f} MiB at the end, {said}")
+        if judge_memory and name == "study":
+            well = well and grows is not None and grows < MOST_MIB_AN_HOUR
+    timings = [r for _, r in read_session(path).records(TrialTiming.topic)]
+    print_timing([r for r in timings if isinstance(r, TrialTiming) and r.frames])
+    oldest = f"oldest unsaved record {found.unsaved_s:.2f} s"
+    print(f"  {found.states:,} states told by the link; {oldest}")
+    return well
+
+
+def print_timing(timings: list[TrialTiming]) -> None:
+    """Print how punctual pictures and timesteps of all fleet runs were."""
+    frames = sum(t.frames for t in timings)
+    late = sum(t.late_frames for t in timings)
+    worst = max(t.frame_max for t in timings)
+    p99 = max(t.frame_p99 for t in timings)
+    print(f"  {len(timings)} fleet runs, {frames:,} pictures: {late:,} late ({late / frames:.2%}), "
+          f"worst p99 {1e3 * p99:.1f} ms, longest {1e3 * worst:.1f} ms")  # fmt: skip
+    steps = [t for t in timings if t.timesteps]
+    if steps:
+        count = sum(t.timesteps for t in steps)
+        longest = max(t.timestep_max for t in steps)
+        gap = max(t.poll_gap_max for t in steps)
+        print(f"  {count:,} intervals between timesteps, longest {1e3 * longest:.1f} ms; "
+              f"longest between two looks at the keys {1e3 * gap:.1f} ms")  # fmt: skip
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run all sessions and print what they came to."""
+    given_words = list(sys.argv[1:] if words is None else words)
+    if given_words[:1] == ["--seat"]:
+        seat(given_words[1], given_words[2:])
+        return 0
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--minutes", type=float, default=20.0, help="of each session, about")
+    parser.add_argument("--participants", type=int, default=3)
+    parser.add_argument("--together", action="store_true", help="all at once, not in turn")
+    parser.add_argument("--no-hog", action="store_true", help="without the CPU hog")
+    given = parser.parse_args(given_words)
+    with tempfile.TemporaryDirectory(prefix="soak") as place:
+        # Other sessions of this computer are none of ours.
+        os.environ |= {"XDG_RUNTIME_DIR": place, "TMPDIR": place}
+        tempfile.tempdir = place
+        protocol = stretched(Path(place), given.minutes)
+        people = [
+            Soaked(f"P{number:02}", Path(place) / f"P{number:02}")
+            for number in range(1, given.participants + 1)
+        ]
+        threads = [
+            threading.Thread(target=run_one, args=(protocol, who, number))
+            for number, who in enumerate(people)
+        ]
+        with hog(wanted=not given.no_hog):
+            for thread in threads:
+                thread.start()
+                if not given.together:
+                    thread.join()
+            for thread in threads:
+                thread.join()
+        beside = "alone" if given.no_hog else "beside a CPU hog"
+        how = "at once" if given.together else "in turn"
+        print(f"{len(people)} sessions of about {given.minutes:g} minutes {how}, {beside}, "
+              f"on {os.cpu_count()} cores")  # fmt: skip
+        judge = given.minutes >= JUDGED_MINUTES
+        reports = [report(who, judge_memory=judge) for who in people]
+        well = all(reports)
+    if not judge:
+        print(f"\nMemory is judged in runs of {JUDGED_MINUTES:g} minutes or more.")
+    return 0 if well else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
