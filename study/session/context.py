@@ -119,6 +119,11 @@ class Context:
     messages: Messages
     rules: int = 0
 
+    @property
+    def unchanging(self) -> tuple[object, ...]:
+        """What is the same from the session's opening to its end."""
+        return self.protocol, self.description, self.questionnaires, self.messages
+
     def say(self, text: str, /, **values: object) -> str:
         """Return a text in the participant's language; see `study.messages.Messages.say`."""
         return self.messages.say(text, **values)

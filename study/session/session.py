@@ -119,6 +119,11 @@ class Session:
             return self._pause_screen()
         return self._stage.screen() if self._stage else None
 
+    @property
+    def unchanging(self) -> tuple[object, ...]:
+        """What is the same from the opening to the end."""
+        return (self._plans, *(self._context.unchanging if self._context else ()))
+
     def _open(self, given: SessionOpened, out: Outbox) -> None:
         protocol = parse_protocol(given.protocol_toml, "the recorded protocol")
         names = [condition.name for condition in protocol.conditions]
