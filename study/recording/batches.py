@@ -9,7 +9,6 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import BinaryIO, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from study.recording.mcap_chunks import (
     MESSAGE_HEAD,
@@ -250,4 +249,3 @@ def _indexed(
             raise _damaged(chunks, number, "its message index points beyond it")
         found.append(places + np.repeat(begins[held], counts))
     return np.concatenate(found)
-

@@ -70,9 +70,7 @@ class Messages:
     start: npt.NDArray[np.int64]
     length: npt.NDArray[np.int64]
 
-    def chosen(
-        self, which: slice | npt.NDArray[np.bool_] | npt.NDArray[np.intp]
-    ) -> Messages:
+    def chosen(self, which: slice | npt.NDArray[np.bool_] | npt.NDArray[np.intp]) -> Messages:
         """Return some of the messages."""
         return Messages(
             self.channel[which],

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import Literal
 
+from study.errors import RecordingError
 from study.events.codes import ChoiceSource, Phase
 from study.events.events import (
     Deviation,
@@ -18,6 +19,7 @@ from study.events.events import (
 )
 from study.events.inputs import SessionOpened, WindowChanged
 from study.events.shell import DisplayOpened
+from study.protocol import parse_protocol
 from study.recording.parts import SessionRecording
 from study.recording.wire import decode
 
@@ -75,6 +77,7 @@ class Marks:
 
     Attributes:
         participant: pseudonymous id.
+        language: of what the participant read.
         last_ns: session time of the last record.
         spans: in order of their beginnings.
         takeovers, faults: in order.
@@ -82,6 +85,7 @@ class Marks:
     """
 
     participant: str
+    language: str
     last_ns: int
     spans: tuple[Span, ...]
     takeovers: tuple[Takeover, ...]
@@ -110,7 +114,7 @@ class _Collector:
     """Takes the events in, and closes what is open at the end."""
 
     def __init__(self) -> None:
-        self.participant = ""
+        self.opened: SessionOpened | None = None
         self.spans: list[Span] = []
         self.takeovers: list[Takeover] = []
         self.faults: list[Fault] = []
@@ -124,7 +128,7 @@ class _Collector:
         """Take in one record."""
         match record:
             case SessionOpened():
-                self.participant = record.participant
+                self.opened = record
             case StageEntered():
                 self._end_stage(record.t_ns)
                 self._stage = record
@@ -183,8 +187,9 @@ def _place(stage: StageEntered) -> str:
     phase = "" if stage.phase == Phase.PRACTICE else f"phase {stage.phase}"
     block = f"block {stage.block}" if stage.block else ""
     name = stage.name.replace("_", " ")
-    if phase and name.startswith("phase "):
-        name = stage.kind
+    if stage.kind == "trial":
+        # The trial says the rest.
+        name = "practice" if stage.phase == Phase.PRACTICE else ""
     return " · ".join(word for word in (phase, block, stage.condition, name) if word)
 
 
@@ -198,7 +203,7 @@ def read_marks(recording: SessionRecording) -> Marks:
     """Read a session's timeline, without replaying it.
 
     Raises:
-        RecordingError: it cannot be read.
+        RecordingError: it cannot be read, or opens no session.
     """
     before = recording.losses[0].first if recording.losses else None
     topics = {taken.topic for taken in _TAKEN}
@@ -215,8 +220,12 @@ def read_marks(recording: SessionRecording) -> Marks:
     if latest is not None:
         last_ns = decode(latest.topic, latest.data).t_ns
     collector.end(last_ns)
+    opened = collector.opened
+    if opened is None:
+        raise RecordingError(f"{recording.path.name} holds no opened session")
     return Marks(
-        participant=collector.participant,
+        participant=opened.participant,
+        language=parse_protocol(opened.protocol_toml, "the recorded protocol").study.language,
         last_ns=last_ns,
         spans=tuple(sorted(collector.spans, key=lambda span: (span.first_ns, span.last_ns))),
         takeovers=tuple(collector.takeovers),
