@@ -22,7 +22,7 @@ from cut_sessions import seen_session
 from node_packages import install_packages
 from patience import PATIENCE_S
 from report_in_browser import TOOLS
-from shown_pictures import SIZE, Gallery, Pixels
+from shown_pictures import SIZE, Gallery, Pixels, draw_without_window
 from study.loading import load_protocol
 from study.messages import messages_for
 from study.recording.parts import read_whole_session
@@ -59,6 +59,7 @@ def trial(session: tuple[Path, list[tuple[int, Screen]]]) -> Span:
 @pytest.fixture(scope="module")
 def plain(session: tuple[Path, list[tuple[int, Screen]]], trial: Span) -> list[Pixels]:
     """The frames before they are encoded."""
+    draw_without_window()
     recording = read_whole_session(session[0])
     marks = read_marks(recording)
     picture = Picture(SIZE, marks, "participant", messages_for("en"))
@@ -137,7 +138,7 @@ def test_ssim_tells_pictures_apart(plain: list[Pixels]) -> None:
 
 
 def test_decoded_frames_look_the_same(video: Path, plain: list[Pixels]) -> None:
-    """Every frame is there, and each is as similar as can be asked."""
+    """Every frame is there, and of those looked at each is as similar as can be asked."""
     import av
 
     with av.open(str(video)) as container:
@@ -151,7 +152,8 @@ def test_decoded_frames_look_the_same(video: Path, plain: list[Pixels]) -> None:
             for frame in container.decode(stream)
         ]  # fmt: skip
     assert len(decoded) == len(plain)
-    assert min(ssim(*pair) for pair in zip(decoded, plain, strict=True)) >= LEAST_SSIM
+    looked_at = [*range(0, len(plain), 8), len(plain) - 1]
+    assert min(ssim(decoded[number], plain[number]) for number in looked_at) >= LEAST_SSIM
 
 
 def test_it_plays_in_a_browser(video: Path, plain: list[Pixels]) -> None:

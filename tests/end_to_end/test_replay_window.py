@@ -10,11 +10,12 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
+import pygame
 import pytest
 
 from cut_sessions import seen_session
 from patience import PATIENCE_S
-from shown_pictures import SIZE, picture_at
+from shown_pictures import SIZE, draw_without_window, picture_at
 from study.events.events import Switched, TrialStarted
 from study.loading import load_protocol
 from study.messages import messages_for
@@ -141,8 +142,7 @@ def test_a_click_on_the_timeline_goes_there(
     wait_until(lambda: not np.array_equal(hands.picture(), participants))
     marks = read_marks(read_whole_session(path))
     picture = Picture(SIZE, marks, "analyst", messages_for("en"))
-    import pygame
-
+    draw_without_window()
     picture.draw(pygame.Surface(SIZE), Shown(Head(), 0, playing=False, speed=1.0))
     height = next(y for y in range(SIZE[1]) if picture.time_at(640, y) is not None) + 10
     for x in (700, 200, 500):

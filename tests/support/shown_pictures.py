@@ -16,6 +16,12 @@ SIZE = (1280, 960)
 Pixels = npt.NDArray[np.uint8]
 
 
+def draw_without_window() -> None:
+    """Make drawing possible where no window is open."""
+    os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
+    pygame.font.init()
+
+
 class Gallery:
     """Draws screens in their order, as a window does, without anything of a replay.
 
@@ -25,8 +31,7 @@ class Gallery:
     """
 
     def __init__(self, seen: Sequence[tuple[int, Screen]], size: tuple[int, int] = SIZE) -> None:
-        os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
-        pygame.font.init()
+        draw_without_window()
         self._seen = list(seen)
         self._surface = pygame.Surface(size)
         self._renderer = Renderer(size)

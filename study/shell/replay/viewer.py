@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import time
 from contextlib import suppress
 
@@ -86,6 +87,10 @@ class Viewer:
                 deadline = max(deadline + round(period), time.perf_counter_ns())
                 if not self._tape.is_read:
                     self._tape.read(READ_S)
+                    if self._tape.is_read:
+                        # What is kept stays: no garbage collection walks it and holds up a picture.
+                        gc.collect()
+                        gc.freeze()
                 window.wait(max(0, deadline - time.perf_counter_ns()) / SECOND)
         finally:
             window.close()

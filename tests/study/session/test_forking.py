@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
@@ -51,9 +49,13 @@ def test_a_fork_shares_what_never_changes() -> None:
     shell = FakeShell(opened(short_study()))
     shell.go_on_until(lambda: shell.finished)
     twin = fork(shell.session)
-    assert all(
-        mine is theirs
-        for mine, theirs in zip(twin.unchanging, shell.session.unchanging, strict=True)
-    )
-    row = next(event for event in shell.events if dataclasses.is_dataclass(event))
-    assert row.__deepcopy__({}) is row
+    kept = [part for part in twin.shared.values() if not isinstance(part, list)]
+    others = [part for part in shell.session.shared.values() if not isinstance(part, list)]
+    assert all(mine is other for mine, other in zip(kept, others, strict=True))
+    assert len(kept) == 5
+    rows = [part for part in twin.shared.values() if isinstance(part, list)]
+    theirs = [part for part in shell.session.shared.values() if isinstance(part, list)]
+    assert sum(map(len, rows)) > 20
+    for mine, other in zip(rows, theirs, strict=True):
+        assert mine is not other
+        assert all(row is copied for row, copied in zip(mine, other, strict=True))
