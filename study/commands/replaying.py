@@ -20,7 +20,7 @@ from study.shell.replay.marks import Marks, read_marks
 from study.shell.replay.picture import Picture, View, size_for
 from study.shell.replay.player import SPEEDS, Player
 from study.shell.replay.tape import Tape
-from study.shell.replay.video import Cut, load_av, write_video
+from study.shell.replay.video import Cut, check_target, write_video
 from study.shell.replay.viewer import Viewer
 from study.shell.window import check_ui_scale
 
@@ -78,7 +78,6 @@ def film(file: Path, wish: Wish, target: Path) -> bool:
     Raises:
         StudyError: as `watch`; or the video cannot be written.
     """
-    load_av()
     os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
     pygame.font.init()
     recording, marks, tape = _opened(file, wish)
@@ -87,6 +86,7 @@ def film(file: Path, wish: Wish, target: Path) -> bool:
     width, height = wish.size or size_for(wish.view, marks, first_ns)
     # Colours are stored for two pixels by two.
     size = (width, height) if wish.size else (width + width % 2, height + height % 2)
+    check_target(target, size)
     messages = texts_of(marks.language)
     picture = Picture(size, marks, wish.view, messages, wish.ui_scale)
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())

@@ -18,9 +18,9 @@ from study.recording.wire import decode
 from study.shell.replay.follower import Follower
 from study.shell.replay.head import Head
 
-SPACING_S = 0.012
+SPACING_S = 0.006
 """Work between two forks, in seconds of this processor: done again to get from one to the next."""
-MOST_FORKS = 400
+MOST_FORKS = 800
 """When there are so many every second one is let go, and later ones are twice as far apart."""
 
 

@@ -22,6 +22,8 @@ SECOND = 1_000_000_000
 QUALITY = {"crf": "18", "b": "0", "deadline": "realtime", "cpu-used": "8", "row-mt": "1"}
 """Of libvpx: text stays sharp; faster than the replay on two cores."""
 THREADS = 4
+SMALLEST_SIDE, LARGEST_SIDE = 160, 7680
+"""Of a video, pixels."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -78,14 +80,9 @@ def write_video(
         progress: told how many frames are written.
 
     Raises:
-        StudyError: the library is missing, the file is there, or cannot be written.
+        StudyError: as `check_target`; or the file cannot be written.
     """
-    av = load_av()
-    if path.exists():
-        raise StudyError(f"{path} is there already", "Give another name, or remove it.")
-    if picture.size[0] % 2 or picture.size[1] % 2:
-        width, height = picture.size
-        raise StudyError(f"a video of {width}x{height} pixels", "Both sides must be even.")
+    av = check_target(path, picture.size)
     part = path.with_name(f".{path.name}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -94,7 +91,7 @@ def write_video(
         try:
             with os.fdopen(descriptor, "w+b") as stream:
                 _encode(av, stream, tape, picture, cut, progress)
-            os.link(part, path)
+            part.replace(path)
         finally:
             part.unlink(missing_ok=True)
     except (OSError, av.FFmpegError) as error:
@@ -102,12 +99,19 @@ def write_video(
         raise StudyError(f"{path} cannot be written: {reason}", "Give another place.") from error
 
 
-def load_av() -> Any:  # noqa: ANN401 - the extra may be missing where types are checked
-    """Return the library that encodes.
+def check_target(path: Path, size: tuple[int, int]) -> Any:  # noqa: ANN401 - an extra
+    """Return the library that encodes, if it can write such a video.
 
     Raises:
-        StudyError: it is not installed.
+        StudyError: it is not installed, the file is there, or a side is odd or no size at all.
     """
+    if path.exists():
+        raise StudyError(f"{path} is there already", "Give another name, or remove it.")
+    if any(side % 2 or not SMALLEST_SIDE <= side <= LARGEST_SIDE for side in size):
+        raise StudyError(
+            f"a video of {size[0]}x{size[1]} pixels",
+            f"Both sides must be even, from {SMALLEST_SIDE} to {LARGEST_SIDE}.",
+        )
     try:
         import av  # noqa: PLC0415 - an extra
     except ImportError as error:
