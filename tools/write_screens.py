@@ -105,8 +105,9 @@ def draw_replay(folder: Path) -> Path:
         t_ns = takeover.t_ns + LATER_NS
         head = tape.go_to(t_ns)
         screen = head.screen
-        late = isinstance(screen, FleetScreen) and screen.timestep > MOMENT
-        if late and takeover.by == "scorer" and len(screen.tiles) == 12:
+        if not isinstance(screen, FleetScreen) or takeover.by != "scorer":
+            continue
+        if screen.timestep > MOMENT and len(screen.tiles) == 12:
             break
     else:
         raise SystemExit("No scorer switches between twelve tiles in this protocol any more.")

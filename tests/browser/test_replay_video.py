@@ -90,7 +90,8 @@ def video(
 
 def luma(pixels: Pixels) -> npt.NDArray[np.float64]:
     """Return the luma of BT.709, 0 to 255 [height, width]."""
-    return pixels @ np.array([0.2126, 0.7152, 0.0722])
+    weighted: npt.NDArray[np.float64] = pixels @ np.array([0.2126, 0.7152, 0.0722])
+    return weighted
 
 
 def ssim(first: Pixels, second: Pixels) -> float:

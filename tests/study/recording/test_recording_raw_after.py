@@ -21,9 +21,9 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> SessionRecording:
 def check(session: SessionRecording, step: int) -> None:
     """Check every ``step``-th record, and the last."""
     for families in (("input",), ("input", "event")):
-        records = list(session.raw(*families))  # type: ignore[arg-type]
+        records = list(session.raw(*families))
         for place in [*range(0, len(records), step), len(records) - 1]:
-            after = list(session.raw(*families, after=records[place]))  # type: ignore[arg-type]
+            after = list(session.raw(*families, after=records[place]))
             assert after == records[place + 1 :]
 
 
