@@ -13,15 +13,13 @@ from pathlib import Path
 import numpy as np
 
 from study.errors import RecordingError
-from study.events.events import Event
 from study.events.inputs import FitCompleted, FleetObserved, Input, SessionOpened
 from study.protocol import parse_protocol
-from study.recording.parts import SessionRecording, part_number, read_session
+from study.recording.parts import SessionRecording, read_whole_session
 from study.recording.reader import Recording
-from study.recording.wire import decode, encode
 from study.session.effects import Effect, RequestFit, StartFleet, StepFleet
-from study.session.session import Session
 from study.shell.fleet_host import FleetAnswer, FleetHost
+from study.shell.replay.follower import Follower
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -62,12 +60,7 @@ def verify(path: Path, *, resimulate: bool = False) -> Verdict:
     Raises:
         RecordingError: the file is no recording of ours, or the first part is not beside it.
     """
-    recording = read_session(path)
-    if part_number(recording.parts[0]) > 1:
-        raise RecordingError(
-            f"{path.name} is a later part, and part 1 is not beside it",
-            "Put all parts of the session into one folder.",
-        )
+    recording = read_whole_session(path)
     try:
         found = verify_recording(recording, resimulate=resimulate)
     except RecordingError as error:
@@ -91,66 +84,33 @@ def verify_recording(
     recording: Recording | SessionRecording, *, resimulate: bool = False
 ) -> Verdict:
     """As `verify`, for a recording already opened."""
-    session = Session()
-    expected: list[tuple[str, bytes]] = []
+    follower = Follower()
     twin = _Twin() if resimulate else None
-    inputs = compared = 0
-    difference = ""
     # What follows a loss cannot follow from the inputs that are left.
     first_lost = recording.losses[0].first if recording.losses else None
     for raw in recording.raw("input", "event"):
         if first_lost is not None and raw.sequence > first_lost:
             break
-        if raw.topic.startswith("event/"):
-            if not expected:
-                difference = f"record {raw.sequence}: {raw.topic} follows from no input"
-                break
-            topic, data = expected.pop(0)
-            compared += 1
-            if (topic, data) != (raw.topic, raw.data):
-                difference = _difference(raw.sequence, raw.topic, raw.data, topic, data)
-                break
-            continue
-        if expected:
-            difference = f"record {raw.sequence}: {expected[0][0]} is missing before it"
+        fed = follower.take(raw)
+        if follower.difference:
             break
-        given: Input = decode(raw.topic, raw.data)  # type: ignore[assignment]
-        if twin:
-            twin.compare(given)
-        step = session.handle(given)
-        inputs += 1
-        expected = [(event.topic, encode(event)) for event in step.events]
-        if twin:
-            twin.expect(step.effects)
-    if not difference and not inputs and first_lost is None:
-        difference = "the recording holds no inputs to replay"
-    if not difference and expected and recording.complete:
-        difference = f"{expected[0][0]} is missing at the end"
+        if twin and fed:
+            twin.compare(fed.given)
+            twin.expect(fed.step.effects)
+    if not follower.difference and not follower.inputs and first_lost is None:
+        follower.difference = "the recording holds no inputs to replay"
+    follower.end(complete=recording.complete)
+    difference = follower.difference
     if twin and not difference:
         difference = twin.difference
     return Verdict(
-        inputs=inputs,
-        events=compared,
+        inputs=follower.inputs,
+        events=follower.compared,
         matches=not difference,
         difference=difference,
         resimulated=twin.compared if twin else 0,
         largest_deviation=twin.largest_deviation if twin else 0.0,
     )
-
-
-def _difference(sequence: int, topic: str, data: bytes, expected: str, replayed: bytes) -> str:
-    if topic != expected:
-        return f"record {sequence}: {topic} recorded, {expected} replayed"
-    ours: Event = decode(topic, replayed)  # type: ignore[assignment]
-    theirs: Event = decode(topic, data)  # type: ignore[assignment]
-    fields = [
-        field.name
-        for field in dataclasses.fields(ours)
-        if not np.array_equal(
-            np.asarray(getattr(ours, field.name)), np.asarray(getattr(theirs, field.name))
-        )
-    ]
-    return f"record {sequence}: {topic} differs in {', '.join(fields) or 'its encoding'}"
 
 
 class _Twin:

@@ -1,4 +1,4 @@
-"""Write docs/images anew: the screens of the pilot and those it lacks, reduced to 128 colours."""
+"""Write docs/images anew: the screens of the pilot, those it lacks and a replay, in 128 colours."""
 
 from __future__ import annotations
 
@@ -6,15 +6,27 @@ import sys
 import tempfile
 from pathlib import Path
 
+import pygame
 from PIL import Image
 
-from study.commands.picturing import Look, draw_gallery
+from study.commands.picturing import MOMENT, Look, draw_gallery
+from study.commands.simulating import simulate_study
 from study.loading import load_protocol
 from study.messages import SOURCE, messages_for
+from study.recording.parts import read_whole_session
+from study.screens import FleetScreen
+from study.shell.replay.marks import read_marks
+from study.shell.replay.picture import Picture, size_for
+from study.shell.replay.strip import Shown
+from study.shell.replay.tape import Tape
 
-IMAGES = Path(__file__).resolve().parents[1] / "docs" / "images"
+ROOT = Path(__file__).resolve().parents[1]
+IMAGES = ROOT / "docs" / "images"
+PROTOCOLS = ROOT / "protocols"
 LOOK = Look((1280, 960), 1.0, messages_for(SOURCE))
 COLOURS = 128
+LATER_NS = 1_500_000_000
+"""After a takeover: its landing is over."""
 PILOT = {
     "page_welcome": "welcome",
     "page_bring_the_robots_to_their_goal": "how_it_works",
@@ -68,11 +80,45 @@ def main() -> int:
                 print(f"No longer drawn: {', '.join(missing)}; drawn: {', '.join(drawn)}")
                 return 1
             for name, target in names.items():
-                with Image.open(drawn[name]) as picture:
-                    reduced = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
-                    reduced.save(IMAGES / f"{target}.png", optimize=True)
-    print(f"{len(PILOT) + len(OTHERS)} pictures in {IMAGES}")
+                save_reduced(drawn[name], target)
+    with tempfile.TemporaryDirectory() as folder:
+        save_reduced(draw_replay(Path(folder)), "replay")
+    print(f"{len(PILOT) + len(OTHERS) + 1} pictures in {IMAGES}")
     return 0
+
+
+def save_reduced(drawn: Path, target: str) -> None:
+    """Save a picture under its name in the docs."""
+    with Image.open(drawn) as picture:
+        reduced = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+        reduced.save(IMAGES / f"{target}.png", optimize=True)
+
+
+def draw_replay(folder: Path) -> Path:
+    """Draw the analyst's view of a simulated pilot in which all robots are seen while switched."""
+    protocol = folder / "pilot.toml"
+    text = (PROTOCOLS / "pilot.toml").read_text(encoding="utf-8")
+    protocol.write_text(text.replace('view = "operated_only"', 'view = "tiles"'))
+    (path,) = simulate_study(str(protocol), 1, 1, folder, jobs=1)
+    recording = read_whole_session(path)
+    marks, tape = read_marks(recording), Tape(recording)
+    for takeover in marks.takeovers:
+        t_ns = takeover.t_ns + LATER_NS
+        head = tape.go_to(t_ns)
+        screen = head.screen
+        if not isinstance(screen, FleetScreen) or takeover.by != "scorer":
+            continue
+        if screen.timestep > MOMENT and len(screen.tiles) == 12:
+            break
+    else:
+        raise SystemExit("No scorer switches between twelve tiles in this protocol any more.")
+    pygame.font.init()
+    picture = Picture(size_for("analyst", marks), marks, "analyst", LOOK.messages)
+    surface = pygame.Surface(picture.size)
+    picture.draw(surface, Shown(head, t_ns, playing=True, speed=1.0))
+    drawn = folder / "replay.png"
+    pygame.image.save(surface, str(drawn))
+    return drawn
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""`study replay`: prove that a recording's events follow from its inputs."""
+"""`study replay`: watch a recording again, or prove that its events follow from its inputs."""
 
 from __future__ import annotations
 
@@ -11,26 +11,90 @@ from rich.markup import escape
 from study.commands.terminal import console, errors
 from study.errors import StudyError
 from study.recording.parts import part_files
+from study.shell.pygame_check import require_pygame_ce
+
+_SOMETHING_MISSING = 3
 
 
 def replay(
-    files: Annotated[list[Path], typer.Argument(help="Recordings to replay.")],
+    files: Annotated[list[Path], typer.Argument(help="Recording to watch; several to verify.")],
+    participant_view: Annotated[  # noqa: FBT002
+        bool,
+        typer.Option(
+            "--participant-view/--analyst-view",
+            help="The participant's screen alone, or with timeline and every robot's score.",
+        ),
+    ] = False,
+    video: Annotated[
+        Path | None,
+        typer.Option(help="Write a video (VP9 in WebM) to this new file; open no window."),
+    ] = None,
+    trial: Annotated[
+        int | None, typer.Option(min=0, help="Only this trial: its trial_id in the tables.")
+    ] = None,
+    first: Annotated[
+        str, typer.Option("--from", help='Begin at this session time: "12:34.5" or seconds.')
+    ] = "",
+    last: Annotated[str, typer.Option("--to", help="End of the video: a session time.")] = "",
+    speed: Annotated[
+        float, typer.Option(min=0.25, max=16, help="Seconds of the session in a second.")
+    ] = 1.0,
+    size: Annotated[
+        str, typer.Option(help="Window or video: 1280x960; default: what suits the recording.")
+    ] = "",
+    rate: Annotated[int, typer.Option(min=1, max=60, help="Frames a second of a video.")] = 30,
+    ui_scale: Annotated[
+        float, typer.Option(help="The --ui-scale that the session was run with.")
+    ] = 1.0,
     verify: Annotated[  # noqa: FBT002
-        bool, typer.Option("--verify", help="Compare the events byte for byte.")
+        bool, typer.Option("--verify", help="Show nothing; compare the events byte for byte.")
     ] = False,
     resimulate: Annotated[  # noqa: FBT002
         bool, typer.Option("--resimulate", help="Also step the task anew and compare.")
     ] = False,
 ) -> None:
-    """Replay recordings' inputs through the session and compare what follows.
+    """Watch a session as the participant saw it, from the recorded inputs alone.
 
-    Of a session in several parts one is enough: the others beside it are found.
+    Of a session in several parts one is enough: the others beside it are found. Keys: space
+    plays and pauses, left and right go 5 s, up and down change the speed, n and p go to the next
+    and previous takeover, t and r to the next and previous trial, v changes the view, q ends. A
+    click on a timeline goes there.
 
-    Exit status 0: everything agrees. 1: something differs, or a file
-    is not whole, so that only a part could be compared.
+    Exit status 0: all was shown, or agrees. 1: with --verify or --resimulate, something differs,
+    or a file is not whole, so that only a part could be compared. 3: the video lacks what the
+    recording lacks.
     """
-    if not (verify or resimulate):
-        raise StudyError("nothing to do", "Say --verify, --resimulate or both.")
+    if verify or resimulate:
+        if video is not None:
+            raise StudyError("--video with --verify or --resimulate", "Ask for one at a time.")
+        _verify(files, resimulate=resimulate)
+        return
+    from study.commands.run import parse_size  # noqa: PLC0415 - slow to import
+
+    require_pygame_ce()
+    from study.commands.replaying import Wish, film, watch  # noqa: PLC0415
+
+    if len(files) > 1:
+        raise StudyError(f"{len(files)} recordings to watch", "Give one, or say --verify.")
+    wish = Wish(
+        view="participant" if participant_view else "analyst",
+        trial=trial,
+        first=first,
+        last=last,
+        size=parse_size(size),
+        speed=speed,
+        rate=rate,
+        ui_scale=ui_scale,
+    )
+    (file,) = files
+    if video is None:
+        watch(file, wish)
+    elif not film(file, wish, video):
+        raise typer.Exit(_SOMETHING_MISSING)
+
+
+def _verify(files: list[Path], *, resimulate: bool) -> None:
+    """Verify sessions, each once; exit with status 1 if not all agrees."""
     sessions: dict[tuple[Path, ...], Path] = {}
     for file in files:
         if not file.is_file():

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import bisect
 import dataclasses
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import BinaryIO, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from study.recording.mcap_chunks import (
     MESSAGE_HEAD,
@@ -92,6 +92,24 @@ def batches(stream: BinaryIO, chunks: ChunkTable, channels: frozenset[int]) -> I
     yield from _one_ahead(load, len(groups))
 
 
+def chunks_from(stream: BinaryIO, chunks: ChunkTable, log_time_ns: int) -> ChunkTable:
+    """Return the chunks from the last one on that begins before a time. None is unpacked.
+
+    Args:
+        stream: the file.
+        chunks: in order of sequence.
+        log_time_ns: nanoseconds since 1970, UTC.
+    """
+
+    def begins(number: int) -> int:
+        # A chunk's first eight bytes are the time of its first message.
+        stream.seek(int(chunks.start[number]))
+        return int.from_bytes(stream.read(8), "little")
+
+    number = bisect.bisect_left(range(len(chunks)), log_time_ns, key=begins)
+    return chunks.rows(slice(max(0, number - 1), None))
+
+
 def _groups(chunks: ChunkTable) -> list[ChunkTable]:
     """Return the chunks of each batch."""
     total = np.cumsum(chunks.size)
@@ -142,9 +160,9 @@ def _load(stream: BinaryIO, chunks: ChunkTable, channels: frozenset[int], room: 
     messages = messages_at(data, places)
     wanted = np.isin(messages.channel, list(channels))
     if not wanted.all():
-        messages = _chosen(messages, wanted)
+        messages = messages.chosen(wanted)
     if (np.diff(messages.sequence.astype(np.int64)) <= 0).any():
-        messages = _chosen(messages, np.argsort(messages.sequence, kind="stable"))
+        messages = messages.chosen(np.argsort(messages.sequence, kind="stable"))
     return Batch(messages, data)
 
 
@@ -231,13 +249,3 @@ def _indexed(
             raise _damaged(chunks, number, "its message index points beyond it")
         found.append(places + np.repeat(begins[held], counts))
     return np.concatenate(found)
-
-
-def _chosen(messages: Messages, which: npt.NDArray[np.bool_] | npt.NDArray[np.intp]) -> Messages:
-    return Messages(
-        messages.channel[which],
-        messages.sequence[which],
-        messages.log_time_ns[which],
-        messages.start[which],
-        messages.length[which],
-    )

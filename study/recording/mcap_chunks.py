@@ -70,6 +70,16 @@ class Messages:
     start: npt.NDArray[np.int64]
     length: npt.NDArray[np.int64]
 
+    def chosen(self, which: slice | npt.NDArray[np.bool_] | npt.NDArray[np.intp]) -> Messages:
+        """Return some of the messages."""
+        return Messages(
+            self.channel[which],
+            self.sequence[which],
+            self.log_time_ns[which],
+            self.start[which],
+            self.length[which],
+        )
+
 
 def chunk_data(payload: bytes | memoryview) -> bytes:
     """Return a chunk's records, uncompressed and checked.

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from study.errors import RecordingError
 from study.events.events import TrialStarted
 from study.events.fields import Family, Record
 from study.events.inputs import SessionResumed
@@ -139,10 +140,13 @@ class SessionRecording:
                 if _within(sequence, span):
                     yield record, self._kept(sequence, span)
 
-    def raw(self, *families: Family) -> Iterator[RawRecord]:
+    def raw(self, *families: Family, after: RawRecord | None = None) -> Iterator[RawRecord]:
         """Yield records undecoded, in order of sequence; see `Recording.raw`."""
         for part, span in zip(self.parts, self.spans, strict=True):
-            for raw in part.raw(*families):
+            if after is not None and span.last <= after.sequence:
+                continue
+            inside = after if after is not None and _within(after.sequence, span) else None
+            for raw in part.raw(*families, after=inside) if inside else part.raw(*families):
                 if self._kept(raw.sequence, span):
                     yield raw
 
@@ -180,6 +184,21 @@ def read_session(path: Path) -> SessionRecording:
     beside = [read_recording(other) for other in part_files(path) if other != path]
     parts = [given, *(part for part in beside if part.session_id == given.session_id)]
     return next(session for session in join_parts(parts) if given in session.parts)
+
+
+def read_whole_session(path: Path) -> SessionRecording:
+    """As `read_session`, for those who need a session from its beginning.
+
+    Raises:
+        RecordingError: as there; or the first part is not beside the one given.
+    """
+    recording = read_session(path)
+    if part_number(recording.parts[0]) > 1:
+        raise RecordingError(
+            f"{path.name} is a later part, and part 1 is not beside it",
+            "Put all parts of the session into one folder.",
+        )
+    return recording
 
 
 def read_sessions(paths: Iterable[Path]) -> list[SessionRecording]:

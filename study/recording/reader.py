@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from study.errors import RecordingError
 from study.events.fields import Family, Record
-from study.recording.batches import Batch, batches
+from study.recording.batches import Batch, batches, chunks_from
 from study.recording.columns import ColumnBuilder
 from study.recording.contents import read_contents
 from study.recording.identity import SALVAGED_FROM
@@ -117,16 +117,18 @@ class Recording:
         for raw in self._select(set(topics or known)):
             yield raw.sequence, decode(raw.topic, raw.data)
 
-    def raw(self, *families: Family) -> Iterator[RawRecord]:
+    def raw(self, *families: Family, after: RawRecord | None = None) -> Iterator[RawRecord]:
         """Yield records undecoded, in order of sequence.
 
         Args:
             families: "input", "event", "shell"; all topics, unknown ones too, if none given.
+            after: only those after this record, which is of these families; what comes well before
+                it is not read.
         """
         topics = set(self.channels.values())
         if families:
             topics = {topic for topic in topics if topic.split("/")[0] in families}
-        yield from self._select(topics)
+        yield from self._select(topics, after)
 
     def columns(self, topic: str) -> list[dict[str, npt.NDArray[Any]]]:
         """Return a topic's records as arrays, without an object for each record.
@@ -157,9 +159,19 @@ class Recording:
             _add(builder, batch)
             yield from builder.finish()
 
-    def _select(self, topics: set[str]) -> Iterator[RawRecord]:
-        for batch in self._batches(topics):
+    def _select(self, topics: set[str], after: RawRecord | None = None) -> Iterator[RawRecord]:
+        for batch in self._batches(topics, after):
             messages = batch.messages
+            if after is not None:
+                if messages.sequence.size and messages.sequence[-1] < after.sequence:
+                    continue
+                place = np.flatnonzero(messages.sequence == after.sequence)
+                if not place.size:
+                    # The file's times do not lead to it: look for it from the beginning.
+                    records = self._select(topics)
+                    yield from (raw for raw in records if raw.sequence > after.sequence)
+                    return
+                messages, after = messages.chosen(slice(int(place[0]) + 1, None)), None
             for channel, sequence, log_time, start, length in zip(
                 messages.channel.tolist(),
                 messages.sequence.tolist(),
@@ -171,12 +183,18 @@ class Recording:
                 payload = bytes(batch.data[start : start + length])
                 yield RawRecord(sequence, self.channels[channel], log_time, payload)
 
-    def _batches(self, topics: set[str]) -> Iterator[Batch]:
-        """Yield the messages of the given topics, in order of sequence."""
+    def _batches(self, topics: set[str], since: RawRecord | None = None) -> Iterator[Batch]:
+        """Yield the messages of the given topics, in order of sequence.
+
+        Of those before ``since`` only some are among them.
+        """
         numbers = frozenset(n for n, topic in self.channels.items() if topic in topics)
         try:
             with self.path.open("rb") as stream:
-                yield from batches(stream, self.chunks, numbers)
+                chunks = self.chunks
+                if since is not None:
+                    chunks = chunks_from(stream, chunks, since.log_time_ns)
+                yield from batches(stream, chunks, numbers)
         except (DamagedError, OSError) as error:
             raise RecordingError(
                 f"{self.path} cannot be read: {error}",

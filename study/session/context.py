@@ -120,6 +120,16 @@ class Context:
     messages: Messages
     rules: int = 0
 
+    @property
+    def shared(self) -> dict[int, object]:
+        """What a fork of the session takes instead of a deep copy, by identity.
+
+        What never changes itself; of lists that grow, whose rows never change, a new list.
+        """
+        kept = (self.protocol, self.description, self.questionnaires, self.messages)
+        lists = self.knowledge.timesteps.values()
+        return {**{id(part): part for part in kept}, **{id(rows): rows.copy() for rows in lists}}
+
     def say(self, text: str, /, **values: object) -> str:
         """Return a text in the participant's language; see `study.messages.Messages.say`."""
         return self.messages.say(text, **values)

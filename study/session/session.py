@@ -112,6 +112,12 @@ class Session:
             return self._still.screen(self._context)
         return self._stage.screen() if self._stage else None
 
+    @property
+    def shared(self) -> dict[int, object]:
+        """What a fork takes instead of a deep copy, by identity; see `study.session.forking`."""
+        shared = self._context.shared if self._context else {}
+        return {**shared, id(self._plans): self._plans}
+
     def _open(self, given: SessionOpened, out: Outbox) -> None:
         protocol = parse_protocol(given.protocol_toml, "the recorded protocol")
         names = [condition.name for condition in protocol.conditions]

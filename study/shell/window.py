@@ -9,6 +9,8 @@ from __future__ import annotations
 import os
 import time
 from collections import deque
+from collections.abc import Callable
+from typing import Protocol
 
 import pygame
 
@@ -80,6 +82,20 @@ def check_ui_scale(factor: float) -> float:
     return factor
 
 
+class Painter(Protocol):
+    """What draws a window's screens, at one size."""
+
+    def draw(
+        self, surface: pygame.Surface, screen: Screen, now_ns: int
+    ) -> list[pygame.Rect] | None:
+        """Draw a screen; return the places that changed, pixels, or None if all of it did."""
+        ...
+
+    def hit(self, screen: Screen, x: float, y: float) -> str:
+        """Return what a click at (x, y), pixels, hits; "" for nothing."""
+        ...
+
+
 class Window:
     """An open window.
 
@@ -90,6 +106,8 @@ class Window:
             fit.
         caption: what the window is called.
         messages: the texts of the participant's language; English if None.
+        painter: makes what draws the screens at a size, for a window that a participant does not
+            answer in; None for the participant's.
 
     Raises:
         StudyError: there is no display, it is too small, or pygame is not pygame-ce.
@@ -103,6 +121,7 @@ class Window:
         ui_factor: float = 1.0,
         caption: str = "Study",
         messages: Messages | None = None,
+        painter: Callable[[tuple[int, int]], Painter] | None = None,
     ) -> None:
         require_pygame_ce()
         if size is not None and (size[0] < SMALLEST[0] or size[1] < SMALLEST[1]):
@@ -128,14 +147,15 @@ class Window:
             ) from error
         self.size: tuple[int, int] = self._surface.get_size()
         self.fullscreen = fullscreen
-        self._renderer = Renderer(self.size, check_ui_scale(ui_factor), messages)
+        scale = check_ui_scale(ui_factor)
+        self._answered = painter is None
+        self._make = painter or (lambda size: Renderer(size, scale, messages))
+        self._painter = self._make(self.size)
         self._screen: Screen | None = None
         self._exposed = True
         self._unshown: list[pygame.Rect] | None = []
         self._blank = True
         self._text_input = False
-        self._ui_factor = ui_factor
-        self._messages = messages
         self._last_poll_ns = time.perf_counter_ns()
         self._waiting: deque[pygame.event.Event] = deque()
         pygame.key.set_repeat()
@@ -172,7 +192,7 @@ class Window:
     def show(self, screen: Screen) -> None:
         """Show a screen from the next picture on."""
         self._screen = screen
-        takes_text = isinstance(screen, SurveyScreen) and screen.takes_text
+        takes_text = self._answered and isinstance(screen, SurveyScreen) and screen.takes_text
         if takes_text and not self._text_input:
             pygame.key.start_text_input()
         elif self._text_input and not takes_text:
@@ -192,7 +212,7 @@ class Window:
         """
         changed = None
         if self._screen is not None:
-            changed = self._renderer.draw(self._surface, self._screen, now_ns)
+            changed = self._painter.draw(self._surface, self._screen, now_ns)
         self._blank = False
         if changed is None or self._unshown is None:
             self._unshown = None
@@ -243,7 +263,7 @@ class Window:
             return RawKey(name, event.type == pygame.KEYDOWN, now, gap) if name else None
         if event.type == pygame.MOUSEBUTTONDOWN and event.button == pygame.BUTTON_LEFT:
             x, y = event.pos
-            target = "" if self._screen is None else self._renderer.hit(self._screen, x, y)
+            target = "" if self._screen is None else self._painter.hit(self._screen, x, y)
             return RawPointer(float(x), float(y), target, now, gap)
         if event.type in (pygame.WINDOWFOCUSGAINED, pygame.WINDOWFOCUSLOST):
             return RawFocus(event.type == pygame.WINDOWFOCUSGAINED, now, gap)
@@ -266,7 +286,7 @@ class Window:
                 return None
             self._surface = pygame.display.get_surface() or self._surface
             self.size = self._surface.get_size()
-            self._renderer = Renderer(self.size, self._ui_factor, self._messages)
+            self._painter = self._make(self.size)
             # What was painted at the old size is lost: the new surface is empty until painted.
             self._unshown, self._blank = [], True
         return RawWindow(change, *size, now, gap)

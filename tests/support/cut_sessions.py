@@ -16,6 +16,7 @@ from study.recording.failover import FailoverRecorder
 from study.recording.parts import base_name
 from study.recording.reader import RawRecord
 from study.recording.wire import decode
+from study.screens import Screen
 from study.session.session import Session
 from study.shell.conductor import Conductor
 from study.shell.fitting import InlineFitter
@@ -43,10 +44,12 @@ def drive(
     boundary: Boundary | None = None,
     pause_s: float = 0.0,
     prepare: Callable[[Conductor, Callable[[], int]], None] = lambda *_: None,
+    seen: Callable[[int, Screen], None] = lambda *_: None,
 ) -> None:
     """Drive a session to its end by a simulated operator.
 
-    ``prepare`` is called with the conductor and what tells the session's time, before the start.
+    ``prepare`` is called with the conductor and what tells the session's time, before the start;
+    ``seen`` with the session's time and each screen when it is shown.
     """
     task = loaded.protocol.task
     fleet, fitter = open_fleet(task.name, task.parameters), InlineFitter(loaded.description)
@@ -54,6 +57,11 @@ def drive(
         fleet.add_artefact(fit.artefact_id, fit.kind, fit.algorithm, fit.weights)
     clock = VirtualClock()
     clock.now_ns = first.t_ns
+
+    def shown(screen: Screen) -> None:
+        time.sleep(pause_s)
+        seen(clock.now_ns, screen)
+
     conductor = Conductor(
         session,
         recorder,
@@ -61,7 +69,7 @@ def drive(
         fitter,
         epoch_ns=EPOCH_NS,
         waits_for_disk=False,
-        on_show=lambda _: time.sleep(pause_s),
+        on_show=shown,
     )
     prepare(conductor, lambda: clock.now_ns)
     try:
@@ -79,6 +87,28 @@ def whole_session(folder: Path, pause_s: float = 0.0) -> Path:
     recorder = start_failover_recorder(folder, loaded, first)
     drive(loaded, recorder, Session(), first, pause_s=pause_s)
     return recorder.path
+
+
+def seen_session(
+    folder: Path, loaded: LoadedProtocol | None = None, pause_s: float = 0.0
+) -> tuple[Path, list[tuple[int, Screen]]]:
+    """Record a session; return the file, and every screen with the session time it was shown.
+
+    With a pause after each screen the file has several chunks, as that of a person's session.
+    """
+    loaded = loaded or study_loaded()
+    first = opened(loaded)
+    recorder = start_failover_recorder(folder, loaded, first)
+    seen: list[tuple[int, Screen]] = []
+    drive(
+        loaded,
+        recorder,
+        Session(),
+        first,
+        pause_s=pause_s,
+        seen=lambda t_ns, screen: seen.append((t_ns, screen)),
+    )
+    return recorder.path, seen
 
 
 def write_part(folder: Path, records: list[RawRecord], name: str = "", part: int = 1) -> Path:

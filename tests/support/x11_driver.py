@@ -10,6 +10,8 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+import numpy as np
+import numpy.typing as npt
 import pytest
 from Xlib import XK, X
 from Xlib.display import Display
@@ -137,6 +139,20 @@ class Hands:
             xtest.fake_input(self._display, kind, 1)
         self._display.sync()
         self.clicked.append((x, y))
+
+    def picture(self) -> npt.NDArray[np.uint8]:
+        """Return what the window shows: uint8 [height, width, 3], red first."""
+        window = self.wait_for_window()
+        size = window.get_geometry()
+        image = window.get_image(0, 0, size.width, size.height, X.ZPixmap, 0xFFFFFFFF)
+        pixels = np.frombuffer(image.data, np.uint8).reshape(size.height, size.width, 4)
+        return pixels[..., 2::-1]
+
+    def caption(self) -> str:
+        """Return what the window is called."""
+        kinds = [self._display.intern_atom(name) for name in ("_NET_WM_NAME", "UTF8_STRING")]
+        found = self.wait_for_window().get_full_property(*kinds)
+        return found.value.decode() if found else ""
 
     def close(self) -> None:
         """Let go of the server."""

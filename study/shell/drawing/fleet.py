@@ -98,10 +98,14 @@ def clear_place(canvas: Canvas, screen: FleetScreen) -> tuple[int, int]:
 
 
 class FleetPainter:
-    """Draws fleet runs, picture by picture: what did not change is left standing."""
+    """Draws fleet runs, picture by picture: what did not change is left standing.
+
+    Attributes:
+        motion: where the robots were before; it takes note of every screen drawn.
+    """
 
     def __init__(self) -> None:
-        self._motion = Motion()
+        self.motion = Motion()
         self._ground: object = None
         self._shown: dict[tuple[int, bool], object] = {}
         self._strips: object = None
@@ -120,7 +124,7 @@ class FleetPainter:
         Returns:
             The places that changed, pixels; None if all of it did.
         """
-        self._motion.observe(screen)
+        self.motion.observe(screen)
         places = layout(canvas, screen)
         since = (now_ns - screen.switched_ns) / 1e9 if screen.switched_ns >= 0 else -1.0
         message = _message(canvas.messages, screen, since, enlarged=places.large is not None)
@@ -191,7 +195,7 @@ class FleetPainter:
         since: float,
     ) -> TileView:
         driven = tile.robot == screen.operated
-        dwell_left = self._motion.dwell_left(screen, now_ns) if driven else -1.0
+        dwell_left = self.motion.dwell_left(screen, now_ns) if driven else -1.0
         look = PlateLook(
             driven=driven,
             suggested=tile.robot == screen.suggested and not driven,
@@ -205,7 +209,7 @@ class FleetPainter:
             place=place,
             tile=tile,
             look=look,
-            pose=self._motion.pose(screen, tile, now_ns),
+            pose=self.motion.pose(screen, tile, now_ns),
             landing=_landing(screen, since) if driven else -1.0,
             dwell_left=dwell_left,
         )

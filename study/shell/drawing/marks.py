@@ -252,6 +252,16 @@ def triangle_down(canvas: Canvas, x: float, y: float, size: float, colour: Colou
     canvas.put(canvas.sprite(("down", round(size * 2), colour), size, size, paint), x, y)
 
 
+def triangle_right(canvas: Canvas, x: float, y: float, size: float, colour: Colour) -> None:
+    """Draw a triangle pointing right: something plays."""
+
+    def paint(surface: pygame.Surface, k: float) -> None:
+        s = size * k
+        _polygon(surface, colour, [(0.15 * s, 0.05 * s), (0.15 * s, 0.95 * s), (0.95 * s, s / 2)])
+
+    canvas.put(canvas.sprite(("right", round(size * 2), colour), size, size, paint), x, y)
+
+
 def clock(canvas: Canvas, x: float, y: float, size: float, colour: Colour) -> None:
     """Draw a clock face."""
 

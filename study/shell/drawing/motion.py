@@ -83,6 +83,14 @@ class Motion:
         self._dwell_before = -1.0
         self._trails: dict[int, deque[tuple[float, float]]] = {}
 
+    def copy(self) -> Motion:
+        """Return what goes on from here by itself."""
+        twin = Motion()
+        twin._before = dict(self._before)
+        twin._current, twin._dwell_before = self._current, self._dwell_before
+        twin._trails = {robot: trail.copy() for robot, trail in self._trails.items()}
+        return twin
+
     def observe(self, screen: FleetScreen) -> None:
         """Take note of the screen to be drawn; the same states again change nothing."""
         current = self._current

@@ -26,6 +26,7 @@ from study.screens import (
 )
 from study.shell.drawing import consenting, fleet, page, pausing, reveal, simple, survey, waiting
 from study.shell.drawing.canvas import Canvas
+from study.shell.drawing.motion import Motion
 
 Targets = list[tuple[str, pygame.Rect]]
 SMALLEST_FIT = 0.55
@@ -67,6 +68,10 @@ class Renderer:
         self._scales: dict[Hashable, float] = {}
         self._last: Screen | None = None
         self._painter = fleet.FleetPainter()
+
+    def go_on_from(self, motion: Motion) -> None:
+        """Draw robots on their way from where they were before: for who takes note of screens."""
+        self._painter.motion = motion
 
     @property
     def overflows(self) -> list[str]:

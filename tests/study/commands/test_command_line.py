@@ -166,13 +166,6 @@ def test_replay_refuses_what_is_no_whole_recording(
         assert str(path) in done.stderr
 
 
-def test_replay_without_a_check_says_what_to_ask(recording: Path) -> None:
-    """Neither check asked for is an error, not a success."""
-    done = study("replay", recording)
-    assert done.returncode == 2
-    assert "--verify" in done.stderr
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
