@@ -56,7 +56,21 @@ def ask(
     Raises:
         StudyError: the tasks differ, nobody chose anything, or a scorer cannot be used.
     """
+    from threadpoolctl import threadpool_limits  # noqa: PLC0415 - of many small products
+
     _check(sessions)
+    # Threads of one small product wait for one another longer than they multiply.
+    with threadpool_limits(limits=1):
+        return _ask(sessions, given, parts, regret, progress)
+
+
+def _ask(
+    sessions: Sequence[ChoiceSession],
+    given: Sequence[str],
+    parts: int,
+    regret: RegretSettings | None,
+    progress: Callable[[str], None],
+) -> Findings:
     notes: list[str] = []
 
     def note(text: str) -> None:
