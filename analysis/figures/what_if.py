@@ -28,6 +28,7 @@ def dot_panels(
     labels: Sequence[str],
     panels: Sequence[tuple[str, str, Sequence[Dot | None], float | None]],
     title: str,
+    none: str,
 ) -> Drawing:
     """Draw a row for each label, and a panel for each measure: means with their intervals.
 
@@ -36,6 +37,7 @@ def dot_panels(
         labels: of the rows.
         panels: (title, unit, a dot for each row, reference that is dashed or None).
         title: what the figure shows, for those who cannot see it.
+        none: written where there is no dot.
     """
     drawing = Drawing(name, WIDTH, TOP + ROW * len(labels) + 30, title)
     for row, label in enumerate(labels):
@@ -45,13 +47,18 @@ def dot_panels(
     for place, (heading, unit, dots, reference) in enumerate(panels):
         left = LABELS + place * width
         panel_title(drawing, left, "abc"[place], heading, unit)
-        _dots(drawing, dots, reference, left, left + width - 40)
+        _dots(drawing, dots, reference, (left, left + width - 40), none)
     return drawing
 
 
 def _dots(
-    drawing: Drawing, dots: Sequence[Dot | None], reference: float | None, left: float, right: float
+    drawing: Drawing,
+    dots: Sequence[Dot | None],
+    reference: float | None,
+    ends: tuple[float, float],
+    none: str,
 ) -> None:
+    left, right = ends
     reach = [0.0] if reference is None else [0.0, reference]
     for dot in dots:
         if dot is not None:
@@ -67,7 +74,7 @@ def _dots(
     for row, dot in enumerate(dots):
         y = TOP + ROW * (row + 0.5)
         if dot is None:
-            drawing.text((scale(0.0) + 4, y + 4), "no likelihood", "f-quiet italic", size=11)
+            drawing.text((scale(0.0) + 4, y + 4), none, "f-quiet italic", size=11)
             continue
         if dot[1] is not None:
             drawing.line((scale(dot[1].low), y), (scale(dot[1].high), y), "s-c1 medium")
@@ -90,7 +97,7 @@ def matrix_cells(
         values: float64 [owners, people]; nan is left empty.
         title: what the figure shows, for those who cannot see it.
     """
-    left, top = 130.0, 62.0
+    left, top = 130.0, 48.0
     cell = min(54.0, (WIDTH - left - 10) / max(len(people), 1))
     height = min(cell, 30.0)
     drawing = Drawing(name, WIDTH, top + height * len(owners) + 12, title)

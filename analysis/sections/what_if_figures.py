@@ -24,7 +24,9 @@ def scorer_dots(rows: list[ScorerRow]) -> Drawing | None:
         ("Log-likelihood above chance", "nats", [_dot(row.gain) for row in shown], None),
     ]
     title = f"Agreement and likelihood of {len(shown)} scorers, means over participants"
-    return dot_panels("whatif-scorers", [row.scorer for row in shown], panels, title)
+    return dot_panels(
+        "whatif-scorers", [row.scorer for row in shown], panels, title, "no likelihood"
+    )
 
 
 def regret_dots(rows: list[RegretRow]) -> Drawing | None:
@@ -37,7 +39,7 @@ def regret_dots(rows: list[RegretRow]) -> Drawing | None:
         ("Without regret", "share of choices", shares, None),
     ]
     title = f"Regret of {len(rows)} ways to choose, means over participants"
-    return dot_panels("whatif-regret", [row.who for row in rows], panels, title)
+    return dot_panels("whatif-regret", [row.who for row in rows], panels, title, "")
 
 
 def matrix_figure(found: Matrix | None) -> Drawing | None:

@@ -129,18 +129,18 @@ def _say(found: Findings, sessions: list[ChoiceSession]) -> None:
     people = f"{len(sessions)} participant{'' if len(sessions) == 1 else 's'}"
     console.print(f"{choices} choices of {people}")
     trials = found.tables["trials"]
-    names = list(dict.fromkeys(trials["scorer"]))
-    for name in names:
+    for fitted, of_what in ((False, "after the own scorers were fitted"), (True, "before that")):
         rows = [
             at
-            for at, (scorer, seen) in enumerate(zip(trials["scorer"], trials["seen"], strict=True))
-            if scorer == name and not seen
+            for at, seen in enumerate(trials["seen"])
+            if trials["fitted"][at] == fitted and not seen
         ]
-        count = sum(trials["choices"][at] for at in rows)
-        if count:
-            hits = sum(trials["choices"][at] * trials["agreement"][at] for at in rows) / count
-            luck = sum(trials["choices"][at] * trials["chance_agreement"][at] for at in rows)
+        for name in dict.fromkeys(trials["scorer"][at] for at in rows):
+            mine = [at for at in rows if trials["scorer"][at] == name]
+            count = sum(trials["choices"][at] for at in mine)
+            hits = sum(trials["choices"][at] * trials["agreement"][at] for at in mine)
+            luck = sum(trials["choices"][at] * trials["chance_agreement"][at] for at in mine)
             console.print(
-                f"  {escape(name)}: names the robot chosen in {hits:.2f} of {count} choices that "
-                f"it was not fitted to (chance {luck / count:.2f})"
+                f"  {escape(name)}: named {hits / count:.2f} of {count} choices made {of_what} "
+                f"(chance {luck / count:.2f})"
             )
