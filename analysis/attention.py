@@ -108,7 +108,7 @@ def measures(log: FleetLog) -> dict[str, float]:
     unattended = log.running & (np.arange(log.running.shape[1]) != eye[:, None])
     actions = int((log.sources == ActionSource.OPERATOR).sum())
     reward = float(np.sort(log.rewards, axis=None).sum())
-    found = {
+    return {
         "attended": _ratio(held, len(eye)),
         "takeovers": float(len(starts)),
         "dwell": dwell,
@@ -121,14 +121,14 @@ def measures(log: FleetLog) -> dict[str, float]:
         "presses": math.nan if log.presses is None else float(log.presses),
         "reward_per_press": _ratio(reward, log.presses or 0),
     }
-    return found
 
 
 def _driven(log: FleetLog, eye: Ints) -> Mask:
     """Return at which timesteps the operator acted on the robot attended to, bool [T]."""
     rows = np.arange(len(eye))
-    acted: Mask = log.sources[rows, np.maximum(eye, 0)] == ActionSource.OPERATOR
-    return acted & (eye != _NOBODY)
+    acted = log.sources[rows, np.maximum(eye, 0)] == ActionSource.OPERATOR
+    driven: Mask = acted & (eye != _NOBODY)
+    return driven
 
 
 def _switch_lag(starts: Ints, lengths: Ints, driven: Mask) -> float:
@@ -191,8 +191,7 @@ def _neglect(
 
 
 def _stuck_spells(log: FleetLog, alone: Mask) -> tuple[int, int, int]:
-    """Return how often a robot was stuck alone, how often that ended by a takeover, and how long
-    those waits were in all."""
+    """Return spells of being stuck alone, how many ended by a takeover, and the sum of those waits."""
     eye = attended(log)
     spells = helped = waits = 0
     for robot in range(alone.shape[1]):

@@ -122,7 +122,7 @@ def read_head(folder: Path) -> Head:
         )
     tables, settings = content.get("tables"), content.get("settings")
     versions = content.get("versions")
-    if not all(isinstance(part, dict) for part in (tables, settings, versions)):
+    if not (isinstance(tables, dict) and isinstance(settings, dict) and isinstance(versions, dict)):
         raise StudyError(f"{path}: damaged: a part of it is missing", hint)
     digests = {
         name: str(tables[name].get("sha256"))

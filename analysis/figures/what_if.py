@@ -178,5 +178,3 @@ def parting_panels(
 
 def _points(lines: Sequence[Line]) -> list[tuple[float, float]]:
     return [point for _, points in lines for point in points]
-
-

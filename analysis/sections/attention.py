@@ -42,7 +42,11 @@ DRAWN = (
     *("dwell", "switch_lag", "switch_cost", "neglect_time"),
     *("stuck_wait", "fan_out", "reward_per_action", "reward_per_press"),
 )
-UNITS = {"attended": "share of timesteps", "stuck_helped": "share of spells", "takeovers": "a trial"}
+UNITS = {
+    "attended": "share of timesteps",
+    "stuck_helped": "share of spells",
+    "takeovers": "a trial",
+}
 UNITS |= {"stuck_share": "share of that time", "stuck_spells": "a trial"}
 
 
@@ -166,7 +170,9 @@ def _reason(results: StudyResults, measure: str) -> str:
         return "These recordings hold no keys or buttons."
     if measure.startswith(("stuck", "neglect_tolerance", "fan_out")):
         if min(task.x_field, task.y_field) < 0:
-            return f"Robots of the task {task.name} have no place, so that none is seen to be stuck."
+            return (
+                f"Robots of the task {task.name} have no place, so that none is seen to be stuck."
+            )
         timing = results.study.first.protocol.get("timing")
         if not isinstance(timing, dict) or "timesteps_per_second" not in timing:
             return "The recorded protocol does not say how long a timestep lasts."

@@ -106,9 +106,7 @@ def _group(what: WhatIf, *, fitted: bool) -> list[ScorerRow]:
     tested = [row.against_own for row in rows if row.against_own is not None]
     adjusted = iter(holm_of(tested))
     return [
-        row
-        if row.against_own is None
-        else dataclasses.replace(row, holm_p=next(adjusted))
+        row if row.against_own is None else dataclasses.replace(row, holm_p=next(adjusted))
         for row in rows
     ]
 
@@ -264,7 +262,9 @@ def finding(rows: list[ScorerRow]) -> str:
         for row in judged
         if row.agreement.interval is not None and row.agreement.interval.low > row.chance.value
     ]
-    return f"{len(better)} of {counted(len(judged), 'scorer')} named choices more often than chance."
+    return (
+        f"{len(better)} of {counted(len(judged), 'scorer')} named choices more often than chance."
+    )
 
 
 def is_computed(outcome: Outcome | None) -> bool:

@@ -35,9 +35,7 @@ MEASURES = (
         "mean points below the settled pace in the first 8 timesteps of a takeover",
         _POINTS,
     ),
-    Column(
-        "neglect_time", "number", "mean time that a running robot goes on unattended", _STEPS
-    ),
+    Column("neglect_time", "number", "mean time that a running robot goes on unattended", _STEPS),
     Column("stuck_spells", "number", "how often a robot is stuck and unattended"),
     Column("stuck_helped", "number", "part of these that ended by a takeover"),
     Column("stuck_wait", "number", "mean wait of those until the takeover", _STEPS),

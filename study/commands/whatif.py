@@ -21,9 +21,9 @@ def whatif(
     scorer: Annotated[
         list[str] | None,
         typer.Option(
-            help="Whom to ask, several times for several: own (each participant's own), a scorer of "
-            "the protocol or of study/scorers, a recording (FILE.mcap or FILE.mcap#NAME), or weights "
-            "(FILE.safetensors); NAME=FILE gives a file a name. Default: own."
+            help="Whom to ask, several times for several: own (each participant's own), a scorer "
+            "of the protocol or of study/scorers, a recording (FILE.mcap or FILE.mcap#NAME), or "
+            "weights (FILE.safetensors); NAME=FILE gives a file a name. Default: own."
         ),
     ] = None,
     cross_validate: Annotated[
@@ -50,8 +50,8 @@ def whatif(
     driver: Annotated[
         str,
         typer.Option(
-            help="Who drives the robot taken over: trained, demonstrations (the participant's own), "
-            "or a file of study train-user."
+            help="Who drives the robot taken over: trained, demonstrations (the participant's "
+            "own), or a file of study train-user."
         ),
     ] = "trained",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the futures.")] = 0,

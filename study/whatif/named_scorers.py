@@ -107,12 +107,12 @@ def asked_scorers(
         for session, mine in zip(sessions, asked, strict=True):
             one = _by_name(text, session, note)
             found |= one is not None
-            mine += [one] if one else []
+            mine.extend([one] if one else [])
         if not found and text != OWN and text not in _members():
             raise UnknownNameError("scorer", text, [OWN, *_members(), *_recorded_names(sessions)])
     if parts:
         for session, mine in zip(sessions, asked, strict=True):
-            mine += _cross_validated(session, parts, note)
+            mine.extend(_cross_validated(session, parts, note))
     for mine in asked:
         names = [each.name for each in mine if each.trials is None]
         if len(set(names)) < len(names):

@@ -140,7 +140,7 @@ class Marks(np.random.Generator):
         self._marks = marks
         self._at = 0
 
-    def random(self, size: Any = None, *_: Any, **__: Any) -> Any:  # type: ignore[override] # noqa: ANN401 - NumPy's own is overloaded
+    def random(self, size: Any = None, *_: Any, **__: Any) -> Any:  # noqa: ANN401 - NumPy's own is overloaded
         """Return the next number of each robot; other sizes come from an own stream."""
         if size != len(self._marks) or self._at >= self._marks.shape[1]:
             return super().random(size)
@@ -244,14 +244,14 @@ def _add_rows(
         "best_gain": largest,
     }
 
-    def add(who: str, robot: npt.NDArray[np.int64], seen: Any = False) -> None:  # noqa: ANN401
+    def add(who: str, robot: npt.NDArray[np.int64], seen: object) -> None:
         gain = gains[rows, robot]
         regret = largest - gain
         table.add(
             len(rows), **common, who=who, seen=seen, robot=robot + 1, gain=gain, regret=regret
         )
 
-    add("operator", run.chosen[picked])
+    add("operator", run.chosen[picked], False)
     mean = np.where(offered, gains, 0.0).sum(axis=1) / offered.sum(axis=1)
     table.add(
         len(rows), **common, who="chance", seen=False, robot=0, gain=mean, regret=largest - mean
@@ -276,7 +276,10 @@ def _policy(session: ChoiceSession, run: FleetRun) -> Acting:
 
 
 def _driver(
-    session: ChoiceSession, name: str, parameters: dict[str, Any], module: Any  # noqa: ANN401
+    session: ChoiceSession,
+    name: str,
+    parameters: dict[str, Any],
+    module: Any,  # noqa: ANN401
 ) -> Acting:
     filled = module.Parameters.model_validate(parameters).model_dump(mode="json")
     if name == TRAINED:

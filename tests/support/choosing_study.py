@@ -69,7 +69,9 @@ class ChoosingSession(Session):
         """Run one fleet in which a robot is chosen anew at every timestep."""
         trial_id, steps, random = self.trial_id, self.plan.timesteps, self._states
         manual = phase == Phase.TWO or condition.startswith("manual")
-        allocation = {1: "correction", 4: "none"}.get(int(phase), "manual" if manual else "assisted")
+        allocation = {1: "correction", 4: "none"}.get(
+            int(phase), "manual" if manual else "assisted"
+        )
         states = navigation.spread_states({}, random, steps * robots).reshape(steps, robots, 4)
         place = (int(phase), block, condition, number, robots, steps, allocation, "tiles")
         which = ("policy:1", "" if manual else "scorer:luce")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import shutil
 from pathlib import Path
@@ -9,10 +10,11 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pytest
+import safetensors.numpy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from choosing_study import known_scorer
+from choosing_study import choosing_study, known_scorer
 from study.commands.simulating import simulate_study
 from study.commands.whatif import open_sessions
 from study.errors import StudyError
@@ -29,6 +31,18 @@ from study.whatif.scoring import judge, judge_all, judge_runs, run_scores
 from study.whatif.sessions import ChoiceSession, open_choices
 
 NETWORK = known_scorer(0)
+
+
+@pytest.fixture(scope="module")
+def choosing_files(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """Six recordings, one a participant."""
+    return choosing_study(tmp_path_factory.mktemp("choosing"), 6, trials=4, timesteps=40)
+
+
+@pytest.fixture(scope="module")
+def sessions(choosing_files: list[Path]) -> list[ChoiceSession]:
+    """The choices in them."""
+    return open_sessions(choosing_files)
 
 
 def naive(scorer: Scorer, session: ChoiceSession) -> list[tuple[int, int, float]]:
@@ -150,7 +164,9 @@ def test_a_scorer_fitted_to_the_choices_has_seen_them(
     assert {key for key, value in seen.items() if value} == {
         ("P01", "own", True), ("P02", "own", True), ("P02", "second", True)
     }  # fmt: skip
-    assert all(trials["fitted"][at] == (trials["phase"][at] == 2) for at in range(len(trials["phase"])))
+    assert all(
+        trials["fitted"][at] == (trials["phase"][at] == 2) for at in range(len(trials["phase"]))
+    )
 
 
 @pytest.mark.parametrize(
@@ -170,15 +186,11 @@ def test_what_names_no_scorer_is_said_in_words(
         asked_scorers([given_scorer], sessions, 0, lambda _: None)
 
 
-def test_weights_of_another_task_are_refused(
-    sessions: list[ChoiceSession], tmp_path: Path
-) -> None:
+def test_weights_of_another_task_are_refused(sessions: list[ChoiceSession], tmp_path: Path) -> None:
     """A network over other numbers, and a file that is none."""
     short = known_scorer(0)
     weights = short.tensors()
     weights["layer0.weight"] = weights["layer0.weight"][:, :2]
-    import safetensors.numpy  # noqa: PLC0415 - of this test alone
-
     (tmp_path / "short.safetensors").write_bytes(safetensors.numpy.save(weights))
     (tmp_path / "none.safetensors").write_bytes(b"\x00" * 40)
     for name in ("short", "none"):
@@ -230,7 +242,9 @@ def test_choices_are_those_that_the_session_fitted(tmp_path: Path) -> None:
     assert arrays_sha256(training_choices(session).arrays()) == fit.data_sha256
     found = ask([session], ["own", "classifier", "novelty", "random"])
     assert not found.notes
-    origins = dict(zip(found.tables["scorers"]["scorer"], found.tables["scorers"]["origin"], strict=True))
+    origins = dict(
+        zip(found.tables["scorers"]["scorer"], found.tables["scorers"]["origin"], strict=True)
+    )
     assert origins == {
         "own": "recorded", "classifier": "recorded", "novelty": "fitted", "random": "control"
     }  # fmt: skip
@@ -246,8 +260,6 @@ def test_recordings_without_choices_are_refused(sessions: list[ChoiceSession]) -
 
 def test_a_recording_without_scorers_is_a_note(sessions: list[ChoiceSession]) -> None:
     """Others are asked all the same; all choices count as unseen."""
-    import dataclasses  # noqa: PLC0415 - of this test alone
-
     bare = dataclasses.replace(sessions[0], fits=(), fitted_ns=-1)
     found = ask([bare], ["own", "lowest_health"])
     assert found.notes == ("P01: the recording holds no scorer fitted to their choices.",)

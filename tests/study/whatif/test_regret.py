@@ -8,6 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from choosing_study import choosing_study
+from study.commands.whatif import open_sessions
 from study.events.codes import Outcome
 from study.experiment.fleets import drawn_actions
 from study.simulated.trained_user import TrainedUser
@@ -23,6 +25,14 @@ from study.whatif.sessions import ChoiceSession, FleetRun
 SETTINGS = RegretSettings(horizon=12, draws=2, choices=6)
 
 
+@pytest.fixture(scope="module")
+def sessions(tmp_path_factory: pytest.TempPathFactory) -> list[ChoiceSession]:
+    """The choices of two participants."""
+    return open_sessions(
+        choosing_study(tmp_path_factory.mktemp("choosing"), 2, trials=2, timesteps=30)
+    )
+
+
 def opened(session: ChoiceSession, settings: RegretSettings = SETTINGS) -> RollingOut:
     """Return a session ready to be rolled out."""
     rollouts = open_rollouts(session, settings, pytest.fail)
@@ -30,9 +40,7 @@ def opened(session: ChoiceSession, settings: RegretSettings = SETTINGS) -> Rolli
     return rollouts
 
 
-def exact_value(
-    rollouts: RollingOut, run: FleetRun, at: int, taken_over: int
-) -> float:
+def exact_value(rollouts: RollingOut, run: FleetRun, at: int, taken_over: int) -> float:
     """Return what a whole fleet earns, robot by robot, if one robot is taken over at a choice."""
     settings, states = rollouts.settings, run.states[run.rows[at]]
     seeds, marks = rollouts._luck(run, np.array([at]))
@@ -123,9 +131,7 @@ def test_other_drivers_drive(sessions: list[ChoiceSession]) -> None:
 def test_a_task_that_has_changed_is_not_rolled_out(sessions: list[ChoiceSession]) -> None:
     """The note says why; nothing is made up."""
     notes: list[str] = []
-    older = dataclasses.replace(
-        sessions[0], task=dataclasses.replace(sessions[0].task, version=0)
-    )
+    older = dataclasses.replace(sessions[0], task=dataclasses.replace(sessions[0].task, version=0))
     assert open_rollouts(older, SETTINGS, notes.append) is None
     assert notes == ["No regret: the task navigation is not what it was when this was recorded."]
     strange = dataclasses.replace(
