@@ -191,7 +191,7 @@ def _neglect(
 
 
 def _stuck_spells(log: FleetLog, alone: Mask) -> tuple[int, int, int]:
-    """Return spells of being stuck alone, how many ended by a takeover, and the sum of those waits."""
+    """Return spells of being stuck alone, those ended by a takeover, and the sum of their waits."""
     eye = attended(log)
     spells = helped = waits = 0
     for robot in range(alone.shape[1]):

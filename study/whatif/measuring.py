@@ -84,7 +84,7 @@ def run_keys(session: ChoiceSession, run: FleetRun) -> dict[str, Any]:
 def add_choices(table: TableBuilder, answers: Answers) -> None:
     """Append a row for each choice."""
     for run, judged, keep in zip(answers.runs, answers.judged, answers.keep, strict=True):
-        offered = run.offered[keep].sum(axis=1)
+        offered = run.counts[keep]
         table.add(
             int(keep.sum()),
             **run_keys(answers.session, run),
@@ -112,7 +112,7 @@ def add_trials(table: TableBuilder, answers: Answers) -> None:
             which = keep & (fitted == was_fitted)
             if not which.any():
                 continue
-            offered = run.offered[which].sum(axis=1)
+            offered = run.counts[which]
             table.add(
                 1,
                 **run_keys(answers.session, run),
@@ -214,7 +214,7 @@ def _chosen_states(run: FleetRun) -> npt.NDArray[np.float32]:
 
 def _means(parts: Sequence[Part], asked: Asked) -> dict[str, Any]:
     """Return the measures of all choices of some runs together."""
-    offered = np.concatenate([run.offered[which].sum(axis=1) for run, _, which in parts])
+    offered = np.concatenate([run.counts[which] for run, _, which in parts])
     hits = np.concatenate([(j.first == run.chosen)[which] for run, j, which in parts])
     logs = np.concatenate([judged.log_likelihood[which] for _, judged, which in parts])
     return {

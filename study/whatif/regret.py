@@ -244,14 +244,14 @@ def _add_rows(
         "best_gain": largest,
     }
 
-    def add(who: str, robot: npt.NDArray[np.int64], seen: object) -> None:
+    def add(who: str, robot: npt.NDArray[np.int64], *, seen: object) -> None:
         gain = gains[rows, robot]
         regret = largest - gain
         table.add(
             len(rows), **common, who=who, seen=seen, robot=robot + 1, gain=gain, regret=regret
         )
 
-    add("operator", run.chosen[picked], False)
+    add("operator", run.chosen[picked], seen=False)
     mean = np.where(offered, gains, 0.0).sum(axis=1) / offered.sum(axis=1)
     table.add(
         len(rows), **common, who="chance", seen=False, robot=0, gain=mean, regret=largest - mean
@@ -260,7 +260,7 @@ def _add_rows(
         place = next((at for at, own in enumerate(one.runs) if own is run), None)
         if place is not None and one.asked.trials is None:
             seen = one.seen(run)[picked]
-            add(one.asked.name, one.judged[place].first[picked], seen)
+            add(one.asked.name, one.judged[place].first[picked], seen=seen)
 
 
 def _policy(session: ChoiceSession, run: FleetRun) -> Acting:

@@ -6,6 +6,7 @@ import dataclasses
 import hashlib
 import tomllib
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -53,7 +54,7 @@ class AppliedFit:
     data_sha256: str
 
 
-@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False)
 class FleetRun:
     """One fleet run in which the operator chose.
 
@@ -82,10 +83,16 @@ class FleetRun:
         """Number of the fleet run in the session, from 0."""
         return self.started.trial_id
 
-    @property
+    @cached_property
     def offered(self) -> npt.NDArray[np.bool_]:
         """Which robots could be chosen at each choice, bool [m, n]."""
         return self.available[self.rows]
+
+    @cached_property
+    def counts(self) -> npt.NDArray[np.int64]:
+        """How many robots could be chosen at each choice, int64 [m]."""
+        counts: npt.NDArray[np.int64] = self.offered.sum(axis=1)
+        return counts
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
