@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import resource
 import subprocess
 import sys
 import tempfile
@@ -49,8 +50,8 @@ def main() -> int:
         folder = given.keep or Path(temporary) / "recordings"
         files = write_sessions(folder, given.sessions, given.minutes)
         print(machine())
-        spent = command(files, Path(temporary) / "tables", 0)
-        with_regret = command(files, Path(temporary) / "regret", 50)
+        spent, busy = command(files, Path(temporary) / "tables", 0)
+        with_regret, _ = command(files, Path(temporary) / "regret", 50)
         sessions = open_sessions(files)
         choices = [sum(len(run.chosen) for run in each.runs) for each in sessions]
         one_by_one = naive(sessions)
@@ -59,7 +60,10 @@ def main() -> int:
         f"{given.sessions} sessions of {given.minutes:g} minutes, {sum(choices)} choices, "
         f"{len(SCORERS)} scorers and a matrix of {given.sessions} by {given.sessions}"
     )
-    print(f"study whatif          {spent:7.1f} s, from the start of Python to the last table")
+    print(
+        f"study whatif          {spent:7.1f} s, from the start of Python to the last table "
+        f"({busy:.1f} s of a processor)"
+    )
     print(
         f"one choice at a time  {loop:7.1f} s for the scores alone ({one_by_one:.1f} s measured "
         f"on {choices[0]} choices): {loop / spent:.0f} times as long"
@@ -84,17 +88,20 @@ def write_sessions(folder: Path, count: int, minutes: float) -> list[Path]:
     return files
 
 
-def command(files: list[Path], output: Path, regret: int) -> float:
-    """Run the command in a process of its own; return its seconds."""
+def command(files: list[Path], output: Path, regret: int) -> tuple[float, float]:
+    """Run the command in a process of its own; return its seconds, and those of a processor."""
     asked = [part for name in SCORERS for part in ("--scorer", name)]
     options = ["-o", str(output), "--regret-choices", str(regret), *asked]
     line = [sys.executable, "-m", "study.commands.main", "whatif", *map(str, files), *options]
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     start = time.perf_counter()
     done = subprocess.run(line, cwd=ROOT, capture_output=True, text=True, check=False)
     seconds = time.perf_counter() - start
     if done.returncode:
         raise SystemExit(done.stderr)
-    return seconds
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    busy = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return seconds, busy
 
 
 def naive(sessions: list[ChoiceSession]) -> float:
