@@ -27,7 +27,7 @@ NAMES = {
     "switch_cost": "Switch cost",
     "neglect_time": "Neglect time",
     "stuck_spells": "Stuck spells",
-    "stuck_helped": "Stuck, then helped",
+    "stuck_helped": "Stuck and helped",
     "stuck_wait": "Wait of a stuck robot",
     "stuck_share": "Neglected time stuck",
     "neglect_tolerance": "Neglect tolerance",

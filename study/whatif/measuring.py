@@ -145,8 +145,8 @@ def add_cell(table: TableBuilder, owner: str, answers: Answers) -> None:
 
 
 def add_states(table: TableBuilder, answers: Answers) -> None:
-    """Append a row for each bin of each number of the chosen robot's state, unseen choices only."""
-    parts = _unseen(answers)
+    """Append a row for each bin of each number of the chosen robot's state."""
+    parts = _comparable(answers)
     for place, field in enumerate(answers.session.task.state_fields):
         edges = np.linspace(field.low, field.high, BINS + 1)
         bins = [
@@ -169,8 +169,8 @@ def add_states(table: TableBuilder, answers: Answers) -> None:
 
 
 def add_times(table: TableBuilder, answers: Answers) -> None:
-    """Append a row for each tenth of the planned length of a fleet run, unseen choices only."""
-    parts = _unseen(answers)
+    """Append a row for each tenth of the planned length of a fleet run."""
+    parts = _comparable(answers)
     bins = [
         np.clip(run.timesteps * TENTHS // max(run.started.timesteps, 1), 0, TENTHS - 1) + 1
         for run, _, _ in parts
@@ -189,9 +189,18 @@ def add_times(table: TableBuilder, answers: Answers) -> None:
 Part = tuple[FleetRun, Judged, Mask]
 
 
-def _unseen(answers: Answers) -> list[Part]:
+def _comparable(answers: Answers) -> list[Part]:
+    """Return the choices that all scorers can be compared on: made after the own ones' fits.
+
+    Cross-validated scorers are asked about those before. Where there are none after, what the
+    scorer was not fitted to takes their place.
+    """
+    session = answers.session
+    later = answers.asked.trials is None and any(
+        not session.fitted(run).all() for run in session.runs
+    )
     return [
-        (run, judged, keep & ~answers.seen(run))
+        (run, judged, keep & ~answers.seen(run) & ~(session.fitted(run) & later))
         for run, judged, keep in zip(answers.runs, answers.judged, answers.keep, strict=True)
     ]
 

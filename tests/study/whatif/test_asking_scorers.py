@@ -250,6 +250,20 @@ def test_choices_are_those_that_the_session_fitted(tmp_path: Path) -> None:
     }  # fmt: skip
 
 
+def test_where_they_part_is_told_of_the_same_choices(sessions: list[ChoiceSession]) -> None:
+    """Every scorer's bins add up to the choices made after the fits; without a fit, to all."""
+    found = ask(sessions[:1], ["own", "lowest_health"]).tables
+    for table, bins in (("times", 1), ("states", 4)):
+        for name in ("own", "lowest_health"):
+            rows = [at for at, who in enumerate(found[table]["scorer"]) if who == name]
+            assert sum(found[table]["choices"][at] for at in rows) == bins * 4 * 40
+    bare = dataclasses.replace(sessions[0], fitted_ns=10**18)
+    times = ask([bare], ["lowest_health"]).tables["times"]
+    assert sum(times["choices"]) == (3 + 4) * 40
+    low, high = found["states"]["low"], found["states"]["high"]
+    assert all(one < other for one, other in zip(low, high, strict=True))
+
+
 def test_recordings_without_choices_are_refused(sessions: list[ChoiceSession]) -> None:
     """There is nothing to ask about."""
     one = sessions[0]
