@@ -28,6 +28,9 @@ HEAD = "whatif.json"
 MAX_HEAD_BYTES = 1_000_000
 MAX_TABLE_BYTES = 500_000_000
 
+FORMULA_SIGNS = ("=", "+", "-", "@", "\t", "\r", "\n", "＝", "＋", "－", "＠")
+"""With what a text begins that spreadsheets run: such a text gets an apostrophe before it."""
+
 Columns = dict[str, list[Any]]
 """A table: a list of values for each column, all of one length."""
 
@@ -192,12 +195,14 @@ def _written(values: Sequence[Any], kind: str) -> Sequence[Any]:
         return ["true" if value else "false" for value in values]
     if kind == "number":
         return ["" if value is None or math.isnan(value) else value for value in values]
+    if kind == "text":
+        return [f"'{text}" if text.startswith(FORMULA_SIGNS) else text for text in values]
     return values
 
 
 def _parsed(text: str, kind: str) -> Any:  # noqa: ANN401 - by the column's type
     if kind == "text":
-        return text
+        return text[1:] if text.startswith("'") and text[1:].startswith(FORMULA_SIGNS) else text
     if kind == "whole":
         return int(text)
     if kind == "boolean":

@@ -152,6 +152,24 @@ def test_changed_tables_are_refused(tables: Path, tmp_path: Path) -> None:
     assert result.exit_code != 0
 
 
+def test_names_that_spreadsheets_would_run_are_only_names(tmp_path: Path) -> None:
+    """They are written with an apostrophe, and read back as they were."""
+    names = ["=1+1", "-2", "plain", "'quoted", '@x, "y"', "＝1", "", "a\nb"]
+    empty: dict[str, Columns] = {
+        name: {column: [] for column in columns} for name, columns in COLUMNS.items()
+    }
+    empty["recordings"] = {
+        column: [3] * len(names) if kind == "whole" else list(names)
+        for column, (kind, _, _) in COLUMNS["recordings"].items()
+    }
+    write_what_if(tmp_path / "t", empty, {}, {})
+    text = (tmp_path / "t" / "recordings.csv").read_text(encoding="utf-8")
+    assert "\n'=1+1," in text
+    assert (
+        read_table(tmp_path / "t", read_head(tmp_path / "t"), "recordings") == empty["recordings"]
+    )
+
+
 def test_a_folder_with_other_files_is_left_alone(tmp_path: Path) -> None:
     """Nothing of the user's is overwritten."""
     (tmp_path / "thesis.txt").write_text("mine", encoding="utf-8")

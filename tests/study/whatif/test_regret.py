@@ -82,16 +82,17 @@ def test_the_best_choice_has_no_regret_and_others_have_some(
 ) -> None:
     """In the table: 0 exactly where the robot is the best, never below 0."""
     many = dataclasses.replace(SETTINGS, choices=40)
-    table = ask(sessions[:1], ["own"], regret=many).tables["regret"]
+    table = ask(sessions[:1], ["own", "random", "lowest_health"], regret=many).tables["regret"]
     rows = range(len(table["who"]))
     best = [at for at in rows if table["robot"][at] == table["best"][at]]
     assert best
     assert all(table["regret"][at] == 0.0 for at in best)
     assert all(table["regret"][at] >= 0.0 for at in rows)
     assert any(table["regret"][at] > 0.0 for at in rows if table["who"][at] == "operator")
-    assert {who: table["who"].count(who) for who in set(table["who"])} == {
-        "operator": 40, "chance": 40, "own": 40
-    }  # fmt: skip
+    everybody = ("operator", "chance", "own", "random", "lowest_health")
+    assert {who: table["who"].count(who) for who in set(table["who"])} == dict.fromkeys(
+        everybody, 40
+    )
     for at in rows:
         gap = table["best_gain"][at] - table["gain"][at]
         assert table["regret"][at] == pytest.approx(gap, abs=2e-6)
