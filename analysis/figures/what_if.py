@@ -108,7 +108,7 @@ def matrix_cells(
     turned = cell < 40
     for column, who in enumerate(people):
         x = left + cell * (column + 0.5)
-        shown = who[: 4 if turned else 7]
+        shown = who[: 6 if turned else 8]
         drawing.text((x, top - 10), shown, "f-ink", "middle", 9.5 if turned else 11.5)
     for row, owner in enumerate(owners):
         y = top + height * row

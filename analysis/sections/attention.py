@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pandas as pd
 
+from analysis.attention import SETTLING
 from analysis.figures.measure_panels import measure_panels
 from analysis.figures.svg import Drawing
 from analysis.formatting import counted, listed, number
@@ -151,8 +152,10 @@ def absent(results: StudyResults, measured: list[MeasureRow]) -> list[Refusal]:
     refused: dict[str, list[str]] = {}
     for row in measured:
         if isinstance(row.test, Refusal):
-            refused.setdefault(row.test.reason, []).append(f"{row.name}, compared")
-    return found + [Refusal(listed(names), reason) for reason, names in refused.items()]
+            refused.setdefault(row.test.reason, []).append(row.name.lower())
+    return found + [
+        Refusal(f"Comparison of {listed(names)}", reason) for reason, names in refused.items()
+    ]
 
 
 def _frame(results: StudyResults) -> pd.DataFrame:
@@ -166,6 +169,10 @@ def _frame(results: StudyResults) -> pd.DataFrame:
 
 def _reason(results: StudyResults, measure: str) -> str:
     task = results.study.first.task
+    if measure == "switch_cost":
+        return f"No robot was attended to for more than {SETTLING} timesteps at a time."
+    if measure == "switch_lag":
+        return "In no trial was more than one robot taken over."
     if measure in ("presses", "reward_per_press"):
         return "These recordings hold no keys or buttons."
     if measure.startswith(("stuck", "neglect_tolerance", "fan_out")):

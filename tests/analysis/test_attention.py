@@ -117,7 +117,7 @@ def test_a_robot_is_stuck_after_standing_still() -> None:
     places = log.places.copy()
     places[2, 1] = [10.0, 10.0]
     places[3:, 1] = [10.9, 9.0]
-    places[7, 1] = [11.5, 10.0]
+    places[7, 1] = [12.0, 10.0]
     found = stuck(dataclasses.replace(log, places=places))
     assert found is not None
     assert found[:, 1].tolist() == [False] * 5 + [True, True, False]
