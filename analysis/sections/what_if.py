@@ -125,8 +125,8 @@ class Matrix:
         people: whose choices, a column each.
         gain: log-likelihood of a choice above chance, nats [owners, people].
         agreement: share of choices named [owners, people].
-        unseen: whether the choices come after the own scorers' fits, so that none was fitted to
-            them.
+        kind: "later" if the choices come after the own scorers' fits, "cross_validated" if each
+            own scorer is asked about trials held out from it, "fitted" if it was fitted to them.
         own_gain: own minus the mean of the others' on the same choices, over participants.
         own_agreement: the same of agreement.
     """
@@ -135,7 +135,7 @@ class Matrix:
     people: tuple[str, ...]
     gain: npt.NDArray[np.float64]
     agreement: npt.NDArray[np.float64]
-    unseen: bool
+    kind: str
     own_gain: Outcome
     own_agreement: Outcome
 
@@ -144,8 +144,11 @@ def matrix(what: WhatIf) -> Matrix | None:
     """Lay out the matrix; None with fewer than two scorers fitted to participants."""
     table = what.tables["matrix"]
     later = table[~table["fitted"].astype(bool)]
-    unseen = bool(len(later))
-    table = later if unseen else table
+    kind = "later"
+    if not len(later):
+        own = table[table["scorer_of"] == table["participant"]]
+        kind = "fitted" if own["seen"].astype(bool).any() else "cross_validated"
+    table = later if len(later) else table
     owners = tuple(sorted(set(table["scorer_of"])))
     people = tuple(sorted(set(table["participant"])))
     if len(owners) < 2:
@@ -161,7 +164,7 @@ def matrix(what: WhatIf) -> Matrix | None:
         people=people,
         gain=gain,
         agreement=agreement,
-        unseen=unseen,
+        kind=kind,
         own_gain=_own_against_others(gain, owners, people),
         own_agreement=_own_against_others(agreement, owners, people),
     )

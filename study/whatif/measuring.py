@@ -126,9 +126,18 @@ def add_trials(table: TableBuilder, answers: Answers) -> None:
             )
 
 
-def add_cell(table: TableBuilder, owner: str, answers: Answers) -> None:
-    """Append the matrix's cells of a scorer and a participant: of choices seen and not."""
-    for was_fitted in (True, False):
+def add_cells(
+    table: TableBuilder, owner: str, answers: Answers, kinds: Sequence[bool] = (True, False)
+) -> None:
+    """Append the matrix's cells of a scorer and a participant.
+
+    Args:
+        table: of the matrix.
+        owner: whose scorer.
+        answers: what it says.
+        kinds: a cell each: of choices that the participant's own scorer was fitted to, or not.
+    """
+    for was_fitted in kinds:
         parts = []
         for run, judged, keep in zip(answers.runs, answers.judged, answers.keep, strict=True):
             parts.append((run, judged, keep & (answers.session.fitted(run) == was_fitted)))

@@ -9,7 +9,7 @@ from study.errors import StudyError
 from study.whatif.measuring import (
     Answers,
     TableBuilder,
-    add_cell,
+    add_cells,
     add_choices,
     add_states,
     add_times,
@@ -94,7 +94,8 @@ def _ask(
             add_states(tables["states"], group)
             add_times(tables["times"], group)
     progress("Asking each participant's scorer about the others' choices")
-    _add_matrix(tables["matrix"], sessions, owners)
+    validated = [_validated(mine) for mine in answers]
+    _add_matrix(tables["matrix"], sessions, owners, validated)
     if regret is not None:
         for session, mine_answers in zip(sessions, answers, strict=True):
             progress(f"Rolling out {session.participant}'s alternatives")
@@ -146,17 +147,31 @@ def _by_name(answers: Sequence[Answers]) -> list[Answers]:
     return list(found.values())
 
 
+def _validated(answers: Sequence[Answers]) -> Answers | None:
+    """Return what a participant's own scorer says of choices held out from it, in turn."""
+    held_out = [one for one in answers if one.asked.trials is not None]
+    return _by_name(held_out)[0] if held_out else None
+
+
 def _add_matrix(
-    table: TableBuilder, sessions: Sequence[ChoiceSession], owners: Sequence[Asked | None]
+    table: TableBuilder,
+    sessions: Sequence[ChoiceSession],
+    owners: Sequence[Asked | None],
+    validated: Sequence[Answers | None],
 ) -> None:
     known = [owner for owner in owners if owner is not None]
-    for session in sessions:
+    for session, held_out in zip(sessions, validated, strict=True):
         if not session.runs:
             continue
         judged = judge_all([owner.scorer for owner in known], session.runs)
         keep = [run.rows >= 0 for run in session.runs]
         for owner, one in zip(known, judged, strict=True):
-            add_cell(table, owner.fitted_to, Answers(owner, session, session.runs, one, keep))
+            answers = Answers(owner, session, session.runs, one, keep)
+            if held_out is not None and owner.fitted_to == session.participant:
+                add_cells(table, owner.fitted_to, held_out, (True,))
+                add_cells(table, owner.fitted_to, answers, (False,))
+            else:
+                add_cells(table, owner.fitted_to, answers)
 
 
 def _add_recordings(table: TableBuilder, sessions: Sequence[ChoiceSession]) -> None:

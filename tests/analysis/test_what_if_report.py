@@ -78,7 +78,7 @@ def test_own_scorers_beat_others_in_the_matrix(asked: WhatIf) -> None:
     """The diagonal is what was simulated; every column has its largest value there."""
     found = what_if.matrix(asked)
     assert found is not None
-    assert found.unseen
+    assert found.kind == "later"
     assert found.owners == found.people == tuple(f"P{n:02d}" for n in range(1, 7))
     assert found.gain.argmax(axis=0).tolist() == list(range(6))
     for test in (found.own_gain, found.own_agreement):
@@ -86,6 +86,27 @@ def test_own_scorers_beat_others_in_the_matrix(asked: WhatIf) -> None:
         assert test.interval is not None
         assert test.interval.low > 0.0
     assert "more often than others" in what_if.matrix_finding(found)
+
+
+def test_without_later_choices_the_own_scorers_are_cross_validated(
+    recordings: Path, tmp_path: Path
+) -> None:
+    """Of phase two alone the diagonal is held out if asked for; else it is said to be too good."""
+    study = load_recordings([recordings])
+    for options, kind in (([], "fitted"), (["--cross-validate", "3"], "cross_validated")):
+        folder = tmp_path / kind
+        given = [str(recordings), "-o", str(folder), "--regret-choices", "0", *options]
+        assert CliRunner().invoke(study_app, ["whatif", *given]).exit_code == 0
+        what = load_what_if(folder, study)
+        early = what.tables["matrix"][what.tables["matrix"]["fitted"].astype(bool)]
+        frames = {**what.tables, "matrix": early}
+        found = what_if.matrix(WhatIf(what.settings, what.versions, frames, what.notes))
+        assert found is not None
+        assert found.kind == kind
+        assert not np.isnan(found.gain).any()
+        own = early[early["scorer_of"] == early["participant"]]
+        assert bool(own["seen"].any()) == (kind == "fitted")
+        assert (own["choices"] == 3 * 40).all()
 
 
 def test_regret_is_compared_with_the_operators(asked: WhatIf) -> None:
