@@ -10,6 +10,7 @@ from analysis.page import frame, page_environment
 from analysis.plan_status import plan_status
 from analysis.results import StudyResults
 from analysis.sections import (
+    attention,
     checks,
     effects,
     participants,
@@ -24,13 +25,20 @@ from analysis.sections import (
     scorers,
     sentences,
     summary,
+    what_if,
+    what_if_figures,
 )
 from analysis.statistics.cumulative_link import CumulativeLink
 from analysis.statistics.result import EffectResult
+from analysis.what_if import WhatIf
 
 
-def render_report(results: StudyResults) -> str:
+def render_report(results: StudyResults, asked: WhatIf | None = None) -> str:
     """Return the report as HTML.
+
+    Args:
+        results: of the recordings.
+        asked: what `study whatif` found about them; None for no such section.
 
     Nothing in it depends on the time, the folder or the order of the files. All text from
     recordings is escaped.
@@ -45,14 +53,16 @@ def render_report(results: StudyResults) -> str:
             results.label.short if results.label.simulated else "",
             results.study.protocol_hashes[0],
         ),
-        **_context(results),
+        **_context(results, asked),
+        **_what_if_context(asked),
     )
     return page.rstrip() + "\n"
 
 
-def _context(results: StudyResults) -> dict[str, Any]:
+def _context(results: StudyResults, asked: WhatIf | None) -> dict[str, Any]:
     map_rows, map_scale = scorers.figures(results)
     plan = plan_status(results.study)
+    measured = attention.rows(results)
     sections = [
         ("summary", "Summary"),
         ("reward", "Team reward"),
@@ -62,7 +72,9 @@ def _context(results: StudyResults) -> dict[str, Any]:
         ("scored", "Scored instruments"),
         ("scorers", "Learned scorers"),
         ("scorer-quality", "Scorer quality"),
+        *((("what-if", "What if"),) if asked else ()),
         ("policies", "Phase four"),
+        ("attention", "Attention"),
         ("quality", "Data quality"),
         ("checks", "Assumption checks"),
         ("timing", "Timing"),
@@ -139,6 +151,10 @@ def _context(results: StudyResults) -> dict[str, Any]:
         "policy_figure": policies.figure(results),
         "policy_finding": policies.finding(results),
         "policy_starts": policies.starts(results),
+        "attention_rows": measured,
+        "attention_figure": attention.figure(results, measured),
+        "attention_finding": attention.finding(results, measured),
+        "attention_absent": attention.absent(results, measured),
         "flags": quality.flags(results),
         "rules": quality.rules(results),
         "timing_rows": quality.timing_rows(results),
@@ -147,4 +163,25 @@ def _context(results: StudyResults) -> dict[str, Any]:
         "analysis_digest": digest(analysis_files()),
         "recording_versions": provenance.recording_versions(results),
         "downloads": provenance.downloads(results),
+    }
+
+
+def _what_if_context(asked: WhatIf | None) -> dict[str, Any]:
+    if asked is None:
+        return {"what_if": None}
+    rows, regrets = what_if.scorer_rows(asked), what_if.regret_rows(asked)
+    found = what_if.matrix(asked)
+    return {
+        "what_if": asked,
+        "what_if_rows": rows,
+        "what_if_finding": what_if.finding(rows),
+        "what_if_intervals": any(row.agreement.interval for row in rows),
+        "what_if_dots": what_if_figures.scorer_dots(rows),
+        "what_if_matrix": found,
+        "what_if_matrix_finding": what_if.matrix_finding(found) if found else "",
+        "what_if_matrix_figure": what_if_figures.matrix_figure(found),
+        "what_if_partings": what_if_figures.partings(asked),
+        "what_if_regret": regrets,
+        "what_if_regret_dots": what_if_figures.regret_dots(regrets),
+        "what_if_sources": list(asked.tables["scorers"].itertuples()),
     }

@@ -21,6 +21,10 @@ def report(
         list[Path], typer.Argument(help="Recordings or folders of them, or results.")
     ],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the report.")],
+    whatif: Annotated[
+        Path | None,
+        typer.Option(help="Folder that `study whatif` wrote about these recordings."),
+    ] = None,
     *,
     pool_protocols: Annotated[
         bool,
@@ -36,14 +40,23 @@ def report(
     """
     console = Console(stderr=True, soft_wrap=True)
     if any(is_results(path) for path in recordings):
+        if whatif is not None:
+            raise StudyError(
+                "--whatif is about recordings, not an experiment's results", "Leave it out."
+            )
         path = write_experiment_report(recordings, output)
     else:
-        path = write_report(recordings, output, console, pool=pool_protocols)
+        path = write_report(recordings, output, console, pool=pool_protocols, whatif=whatif)
     console.print(f"Report: {path}", markup=False, highlight=False, soft_wrap=True)
 
 
 def write_report(
-    recordings: list[Path], output: Path, console: Console | None = None, *, pool: bool = False
+    recordings: list[Path],
+    output: Path,
+    console: Console | None = None,
+    *,
+    pool: bool = False,
+    whatif: Path | None = None,
 ) -> Path:
     """Build a report and its tables and return the report's path.
 
@@ -52,23 +65,26 @@ def write_report(
         output: the folder that gets ``report.html`` and ``tables/``.
         console: where progress goes; nowhere if None.
         pool: pool recordings of different protocols.
+        whatif: folder that `study whatif` wrote about these recordings; None for none.
 
     Raises:
-        StudyError: the recordings cannot be used, or the folder cannot be written.
+        StudyError: recordings or tables cannot be used, or the folder cannot be written.
     """
     # Statistics are slow to import; an error in the arguments should not wait for them.
     from analysis.report import render_report  # noqa: PLC0415
     from analysis.results import compute_results  # noqa: PLC0415
+    from analysis.what_if import load_what_if  # noqa: PLC0415
 
     console = console or Console(quiet=True)
     study = open_recordings(recordings, console, pool=pool)
     tables = StudyTables(study)
+    asked = None if whatif is None else load_what_if(whatif, study)
     make_folder(output)
     with console.status("Writing tables"):
         count = write_tables(tables, data_label(study), output / "tables")
     console.print(f"Wrote {count} tables to {output / 'tables'}.", markup=False, highlight=False)
     with console.status("Computing and drawing"):
-        page = render_report(compute_results(study, tables))
+        page = render_report(compute_results(study, tables), asked)
     path = output / "report.html"
     write_text(path, page)
     return path

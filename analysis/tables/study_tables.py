@@ -9,6 +9,7 @@ import pandas as pd
 
 from analysis.recordings import StudyRecordings
 from analysis.tables import (
+    attention,
     choices,
     deviations,
     episodes,
@@ -41,6 +42,7 @@ BUILDERS: Final[dict[str, Callable[[StudyRecordings], Table]]] = {
     "fit_gates": fit_quality.build_gates,
     "switches": switches.build,
     "interventions": interventions.build,
+    "attention": attention.build,
     "timing": timing.build,
     "deviations": deviations.build,
     "notes": notes.build,

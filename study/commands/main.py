@@ -20,6 +20,7 @@ from study.commands import (
     simulate,
     train_user,
     validate,
+    whatif,
 )
 from study.commands.terminal import report_errors
 from study.version_option import VersionOption
@@ -45,6 +46,7 @@ app.command("participants")(participants.participants)
 app.command("simulate")(simulate.simulate)
 app.command("experiment")(experiment.experiment)
 app.command("replay")(replay.replay)
+app.command("whatif")(whatif.whatif)
 app.command("recover")(recover.recover)
 app.command("export-foxglove")(export_foxglove.export_foxglove)
 app.command("gallery")(gallery.gallery)

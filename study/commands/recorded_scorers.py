@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from pathlib import Path
 
 from study.errors import StudyError
-from study.events.events import FitApplied
-from study.events.inputs import FitCompleted
 from study.loading import LoadedProtocol
 from study.recording.parts import read_session
+from study.whatif.sessions import applied_fits
 
 ALGORITHM = "recorded"
 
@@ -70,18 +68,10 @@ def _weights(path: Path, scorer: str) -> bytes:
         raise StudyError(f"no recording {path}", "Check the path of the other participant's.")
     recording = read_session(path)
     artefact = f"scorer:{scorer}"
-    weights = b""
-    for _, completed in recording.records(FitCompleted.topic):
-        if isinstance(completed, FitCompleted) and completed.artefact_id == artefact:
-            weights = completed.weights
-    applied = {
-        event.weights_sha256
-        for _, event in recording.records(FitApplied.topic)
-        if isinstance(event, FitApplied) and event.artefact_id == artefact
-    }
-    if not weights or hashlib.sha256(weights).hexdigest() not in applied:
+    fits = [fit for fit in applied_fits(recording) if fit.artefact_id == artefact]
+    if not fits:
         raise StudyError(
             f'{path.name} holds no scorer "{scorer}" that took effect',
             "Check scorers.NAME.parameters.scorer against that session's protocol.",
         )
-    return weights
+    return fits[-1].weights

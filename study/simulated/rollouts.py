@@ -64,6 +64,7 @@ def roll_out(
     *,
     states: States | None = None,
     timesteps: int | None = None,
+    everyone: bool = False,
 ) -> Rollouts:
     """Drive each robot of a fleet by a policy until its episode ends.
 
@@ -74,6 +75,8 @@ def roll_out(
         random: the policy's stream.
         states: float32 [n, d], where the robots are put instead of the task's own starts.
         timesteps: at most this many, T; default: the task's horizon.
+        everyone: whether the policy is asked about robots that have ended too, so that what it
+            draws for a robot does not hang on how the others fare.
     """
     every = np.ones(task.robots, np.bool_)
     now = task.reset(every, seeds)
@@ -86,8 +89,9 @@ def roll_out(
         if not running.any():
             break
         # Only those still running are asked: a policy's time goes with its states.
+        asked = every if everyone else running
         actions = np.full(task.robots, task.description.idle_action, np.int32)
-        actions[running] = policy.actions(now[running], random)
+        actions[asked] = policy.actions(now[asked], random)
         step = task.step(actions, running)
         now, outcomes = step.states, step.outcomes
         seen.append(now)
