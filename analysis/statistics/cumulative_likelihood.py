@@ -3,8 +3,9 @@
 P(answer <= j | u) = logistic(alpha_j - x beta - sigma u), u standard normal by participant. The
 nodes sit at the mode of each participant's integrand, scaled by its curvature (Pinheiro & Bates
 1995, Journal of Computational and Graphical Statistics 4, 12-35), ten of them as with
-`nAGQ = 10` of R's ordinal::clmm (Christensen 2018). Many parameter vectors are evaluated at
-once, so that derivatives by differences cost little.
+`nAGQ = 10` of R's ordinal::clmm (Christensen 2018); with one node it is Laplace's approximation,
+clmm's default. Many parameter vectors are evaluated at once, so that derivatives by differences
+cost little.
 """
 
 from __future__ import annotations
@@ -29,12 +30,14 @@ class Answers:
         categories: their number, J.
         x: design without intercept, shape (n, p).
         members: 1 where a row is a participant's, shape (n, participants).
+        nodes: of the quadrature for each participant; 1 is Laplace's approximation.
     """
 
     codes: npt.NDArray[np.int64]
     categories: int
     x: Floats
     members: Floats
+    nodes: int = NODES
 
     @property
     def size(self) -> int:
@@ -87,9 +90,9 @@ def log_likelihood(given: Answers, parameters: Floats) -> Floats:
         mode = mode + np.clip(move, -2, 2)
         if np.abs(move).max() < 1e-12:
             break
-    nodes, weights = np.polynomial.hermite.hermgauss(NODES)
+    nodes, weights = np.polynomial.hermite.hermgauss(given.nodes)
     spread = np.sqrt(2 / curve)
-    total = np.empty((NODES, *mode.shape))
+    total = np.empty((given.nodes, *mode.shape))
     width = np.log(-np.expm1(-(upper - lower)))
     for place, (node, weight) in enumerate(zip(nodes, weights, strict=True)):
         u = mode + spread * node

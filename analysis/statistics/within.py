@@ -43,8 +43,14 @@ class Sphericity:
     mauchly: Check | None
 
 
-def sphericity(scores: Floats) -> Sphericity:
+def sphericity(scores: Floats, cells: int) -> Sphericity:
     """Measure the sphericity of orthonormal contrast scores, shape (n, d).
+
+    Args:
+        scores: contrast scores.
+        cells: of the whole design; R puts their number where Anderson's expansion has d (`3 * p` in
+            `mauchly.test` of stats and car), which moves p in its fourth digit. As R prints it
+            everywhere, so do we.
 
     Sources: Greenhouse & Geisser (1959), Psychometrika 24, 95-112; Huynh & Feldt (1976),
     Journal of Educational Statistics 1, 69-82; Mauchly (1940) with Anderson's expansion of p
@@ -65,7 +71,7 @@ def sphericity(scores: Floats) -> Sphericity:
         return Sphericity(gg, hf, None)
     log_w = float(log_det) - d * float(np.log(trace / d))
     rho = 1 - (2 * d * d + d + 2) / (6 * d * free)
-    w2 = 1.0 * (d + 2) * (d - 1) * (d - 2) * (2 * d**3 + 6 * d**2 + 3 * d + 2)
+    w2 = 1.0 * (d + 2) * (d - 1) * (d - 2) * (2 * d**3 + 6 * d**2 + 3 * cells + 2)
     w2 /= 288 * (free * d * rho) ** 2
     z, f = -free * rho * log_w, d * (d + 1) / 2 - 1
     p = float(stats.chi2.sf(z, f))
@@ -137,7 +143,7 @@ def within_anova(
             reason = f"The effect of {label} is the same for every participant."
             return Refusal(name, reason, cells.excluded)
         d = scores.shape[1]
-        shape = sphericity(scores)
+        shape = sphericity(scores, cells.means.shape[1])
         f = (effect / d) / (error / (d * (n - 1)))
         epsilon = shape.greenhouse_geisser
         df1, df2 = d * epsilon, d * (n - 1) * epsilon
