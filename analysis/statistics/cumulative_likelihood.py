@@ -105,11 +105,33 @@ def log_likelihood(given: Answers, parameters: Floats) -> Floats:
 
 
 def maximise(given: Answers) -> Maximum:
-    """Find the maximum by Newton's method, halving steps that do not improve."""
+    """Find the maximum by Newton's method from two spreads, halving steps that do not improve.
+
+    The likelihood is even in sigma, so that sigma = 0 is always level: where it is no maximum the
+    search is sent away from it.
+    """
     shares = np.bincount(given.codes, minlength=given.categories).cumsum()[:-1] / len(given.codes)
-    start = np.concatenate([1.5 * special.logit(shares), np.zeros(given.x.shape[1]), [1.5]])
+    begin = np.concatenate([1.5 * special.logit(shares), np.zeros(given.x.shape[1])])
+    found = []
+    for spread in (1.5, 0.5):
+        current, converged = _climb(given, np.append(begin, spread))
+        hessian = _derivatives(given, current)[1]
+        if abs(current[-1]) < 0.05 and hessian[-1, -1] > 0:
+            current, converged = _climb(given, np.append(current[:-1], 2 * spread))
+        found.append((float(log_likelihood(given, current[None, :])[0]), current, converged))
+    best, current, converged = max(found, key=lambda one: one[0])
+    current = current.copy()
+    current[-1] = abs(current[-1])
+    gradient, hessian = _derivatives(given, current)
+    definite = bool(np.linalg.eigvalsh(hessian).max() < 0)
+    steep = float(np.abs(gradient).max()) > 1e-3
+    covariance: Floats = np.linalg.pinv(-hessian, hermitian=True).astype(np.float64)
+    return Maximum(current, covariance, best, (converged or not steep) and definite)
+
+
+def _climb(given: Answers, start: Floats) -> tuple[Floats, bool]:
+    """Return where the search from a start ends, and whether its last step was negligible."""
     current, best = start, float(log_likelihood(given, start[None, :])[0])
-    converged = False
     for _ in range(STEPS):
         gradient, hessian = _derivatives(given, current)
         values, vectors = np.linalg.eigh(hessian)
@@ -124,15 +146,8 @@ def maximise(given: Answers) -> Maximum:
         if found[place] >= best:
             current, best = ladder[place], float(found[place])
         if small or not found[place] > best - 1e-12:
-            converged = small
-            break
-    current = current.copy()
-    current[-1] = abs(current[-1])
-    gradient, hessian = _derivatives(given, current)
-    definite = bool(np.linalg.eigvalsh(hessian).max() < 0)
-    steep = float(np.abs(gradient).max()) > 1e-3
-    covariance: Floats = np.linalg.pinv(-hessian, hermitian=True).astype(np.float64)
-    return Maximum(current, covariance, best, (converged or not steep) and definite)
+            return current, small
+    return current, False
 
 
 def _derivatives(given: Answers, at: Floats) -> tuple[Floats, Floats]:

@@ -133,6 +133,8 @@ def cumulative_link_model(
             raise NotEstimableError(
                 "The model has one random term, as (1 | participant), and a term to test."
             )
+        if nodes < 1:
+            raise NotEstimableError(f"The quadrature needs one node or more; given: {nodes}.")
         levels = {factor: known for factor, known in levels.items() if factor in parsed.names}
         who = participant_column(frame, parsed)
         rows, dropped = usable_rows(frame, parsed, levels, who)
@@ -191,6 +193,11 @@ def _refuse_answers(
     if len(people) < SMALLEST_N:
         raise NotEstimableError(
             f"The model needs at least {SMALLEST_N} participants; {len(people)} answered."
+        )
+    if np.any(answers != np.rint(answers)):
+        raise NotEstimableError(
+            f"The column {formula.response} holds numbers that are not whole; the model is for "
+            "answers on a scale of whole numbers."
         )
     if len(np.unique(answers)) < 2:
         raise NotEstimableError("Every answer is the same, so that there is nothing to explain.")

@@ -104,7 +104,7 @@ def _random_terms(inside: str, text: str) -> list[RandomTerm]:
     groups = [tuple(itertools.chain(*nested[: depth + 1])) for depth in range(len(nested))]
     if not apart:
         return [RandomTerm(names, tuple(terms), intercept) for names in groups]
-    each = [((), True)] if intercept else []
+    each: list[tuple[tuple[Term, ...], bool]] = [((), True)] if intercept else []
     each += [((term,), False) for term in terms]
     return [RandomTerm(names, own, with_one) for names in groups for own, with_one in each]
 
@@ -122,5 +122,9 @@ def _interaction(part: str, text: str) -> Term:
 
 def _name(name: str, text: str) -> str:
     if not _NAME.match(name.strip()):
-        raise FormulaError(f"{name.strip()!r} in {text!r} is not the name of a column.")
+        raise FormulaError(
+            f"{name.strip()!r} in {text!r} is not the name of a column. A formula has names of "
+            "columns, +, :, * and random terms; the intercept is always part of it, and what is "
+            "computed of columns is made a column first."
+        )
     return name.strip()

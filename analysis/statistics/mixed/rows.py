@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
+from analysis.statistics.cells import as_text
 from analysis.statistics.mixed.design import NotEstimableError
 from analysis.statistics.mixed.formula import Formula
 from analysis.statistics.result import Excluded, ExcludedRows
@@ -80,15 +81,6 @@ def participant_column(frame: pd.DataFrame, formula: Formula) -> str:
     """Return "participant" if there is such a column, else what the first random term groups by."""
     known = "participant" in frame.columns or not formula.random
     return "participant" if known else formula.random[0].group[0]
-
-
-def as_text(column: pd.Series) -> pd.Series:
-    """Return a column as text; whole numbers without a decimal point, however they are stored."""
-    if pd.api.types.is_float_dtype(column.dtype):
-        values = column.to_numpy(dtype=np.float64)
-        if np.all(np.isfinite(values)) and np.all(values == np.rint(values)):
-            return column.astype("int64").astype(str)
-    return column.astype(str)
 
 
 def _refuse_unknown(frame: pd.DataFrame, names: Sequence[str], levels: Levels) -> None:
