@@ -79,17 +79,7 @@ def log_likelihood(given: Answers, parameters: Floats) -> Floats:
     bounds = np.hstack([-edge, alpha, edge])
     shift = beta @ given.x.T
     upper, lower = bounds[:, given.codes + 1] - shift, bounds[:, given.codes] - shift
-    mode = np.zeros((len(alpha), given.members.shape[1]))
-    for _ in range(100):
-        each = sigma * (mode @ given.members.T)
-        above, below = special.expit(upper - each), special.expit(lower - each)
-        slope = -(sigma * (1 - above - below)) @ given.members - mode
-        curve = (sigma**2 * (above * (1 - above) + below * (1 - below))) @ given.members + 1
-        move = slope / curve
-        # The integrand is log-concave; a bound on the step keeps Newton from overshooting.
-        mode = mode + np.clip(move, -2, 2)
-        if np.abs(move).max() < 1e-12:
-            break
+    mode, curve = _modes(given, upper, lower, sigma)
     nodes, weights = np.polynomial.hermite.hermgauss(given.nodes)
     spread = np.sqrt(2 / curve)
     total = np.empty((given.nodes, *mode.shape))
@@ -102,6 +92,32 @@ def log_likelihood(given: Answers, parameters: Floats) -> Floats:
     inner = special.logsumexp(total, axis=0) + np.log(spread) - 0.5 * np.log(2 * np.pi)
     result[fine] = inner.sum(axis=1)
     return result
+
+
+def _modes(given: Answers, upper: Floats, lower: Floats, sigma: Floats) -> tuple[Floats, Floats]:
+    """Find each participant's mode of the integrand and its curvature there, (B, participants).
+
+    The integrand is log-concave: the sign of its slope says on which side the mode is. Newton's
+    steps alone can overshoot for ever where sigma is large, so that a step out of the bracket is
+    replaced by halving it.
+    """
+    widest = sigma * given.members.sum(axis=0) + 1  # the slope of the answers is at most sigma each
+    low, high = -widest, widest
+    mode = np.zeros_like(low)
+    for _ in range(200):
+        each = sigma * (mode @ given.members.T)
+        above, below = special.expit(upper - each), special.expit(lower - each)
+        slope = -(sigma * (1 - above - below)) @ given.members - mode
+        curve = (sigma**2 * (above * (1 - above) + below * (1 - below))) @ given.members + 1
+        low, high = np.where(slope > 0, mode, low), np.where(slope < 0, mode, high)
+        there = mode + slope / curve
+        there = np.where((there > low) & (there < high), there, (low + high) / 2)
+        there = np.where(slope == 0, mode, there)
+        moved = float(np.abs(there - mode).max())
+        mode = there
+        if moved < 1e-12:
+            break
+    return mode, curve
 
 
 def maximise(given: Answers) -> Maximum:
