@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from analysis.figures.forest import ForestGroup, forest
 from analysis.figures.interaction import interaction
+from analysis.figures.paired_means import inferred
 from analysis.figures.svg import Drawing
 from analysis.formatting import NO_BREAK, counted, listed, number
 from analysis.results import StudyResults
@@ -82,22 +83,41 @@ def factors_in_words(results: StudyResults) -> str:
 
 
 def interaction_figure(results: StudyResults) -> Drawing | None:
-    """Draw two crossed factors; None with another number of them, or nobody."""
+    """Draw crossed factors; None where nothing is crossed, or nobody has every condition."""
     found, cells = results.factorial, results.cells
-    if found is None or len(found.crossing.factors) != 2 or cells.n == 0:
+    if found is None or cells.n == 0:
         return None
     return interaction("interaction", found.crossing, cells)
 
 
 def interaction_caption(results: StudyResults) -> str:
-    """Say what the lines of the interaction figure are."""
+    """Say what the panels of the interaction figure are."""
     if results.factorial is None:
         return ""
-    lines, places = results.factorial.crossing.factors[:2]
-    return (
-        f"a line for each level of {lines.label.lower()}, over {places.label.lower()}; lines that "
-        "are not parallel are an interaction."
+    factors = results.factorial.crossing.factors
+    lines, places = factors[:2]
+    means, gaps = ("a", "b") if len(factors) == 2 else ("Left", "Right")
+    interval = "95% CI" if inferred(results.cells) else ""
+    between = f" with {interval}s between participants" if interval else ""
+    others = listed(list(lines.level_labels[1:]))
+    shown = (
+        f"from left to right {others}, each minus {lines.level_labels[0]}"
+        if len(lines.levels) > 2
+        else f"{lines.level_labels[1]} minus {lines.level_labels[0]}"
     )
+    with_mean = f", with mean and {interval}" if interval else ", with mean"
+    text = (
+        f"{means}, Means{between}: a line for each level of {lines.label.lower()}, over "
+        f"{places.label.lower()}; lines that are not parallel are an interaction. "
+        f"{gaps}, Each participant’s difference at each level of {places.label.lower()}: "
+        f"{shown}{with_mean}."
+    )
+    if len(factors) > 2:
+        text += (
+            f" A row for each level of {factors[2].label.lower()}, on the same axes; rows that "
+            "differ in their lines are an interaction of all three."
+        )
+    return text
 
 
 def simple(results: StudyResults) -> list[EffectResult]:
