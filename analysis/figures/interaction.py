@@ -165,7 +165,11 @@ def _column(
         drawing.line((beside, scale(bounds.low)), (beside, scale(bounds.high)), stroke)
     drawing.line((beside - 5, scale(mean)), (beside + 5, scale(mean)), stroke)
     text = ("+" if round(mean, 1) > 0 else "") + number(mean, 1)
-    drawing.text((beside + 8, scale(mean) + 4), text, f"{text_tone} bold halo", size=11.5)
+    if tone:  # the next column begins where the text would stand
+        top = scale(bounds.high) if draws else scale(mean)
+        drawing.text((beside, top - 6), text, f"{text_tone} bold halo", "middle", 11.5)
+    else:
+        drawing.text((beside + 8, scale(mean) + 4), text, f"{text_tone} bold halo", size=11.5)
 
 
 def _place_labels(drawing: Drawing, places: Factor, xs: list[float], middle: float) -> None:

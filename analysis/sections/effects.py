@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 
+from markupsafe import Markup
+
 from analysis.figures.forest import ForestGroup, forest
 from analysis.figures.interaction import interaction
 from analysis.figures.paired_means import inferred
@@ -90,33 +92,36 @@ def interaction_figure(results: StudyResults) -> Drawing | None:
     return interaction("interaction", found.crossing, cells)
 
 
-def interaction_caption(results: StudyResults) -> str:
+def interaction_caption(results: StudyResults) -> Markup:
     """Say what the panels of the interaction figure are."""
     if results.factorial is None:
-        return ""
+        return Markup("")
     factors = results.factorial.crossing.factors
     lines, places = factors[:2]
-    means, gaps = ("a", "b") if len(factors) == 2 else ("Left", "Right")
     interval = "95% CI" if inferred(results.cells) else ""
-    between = f" with {interval}s between participants" if interval else ""
     others = listed(list(lines.level_labels[1:]))
-    shown = (
-        f"from left to right {others}, each minus {lines.level_labels[0]}"
-        if len(lines.levels) > 2
-        else f"{lines.level_labels[1]} minus {lines.level_labels[0]}"
-    )
-    with_mean = f", with mean and {interval}" if interval else ", with mean"
-    text = (
-        f"{means}, Means{between}: a line for each level of {lines.label.lower()}, over "
-        f"{places.label.lower()}; lines that are not parallel are an interaction. "
-        f"{gaps}, Each participant’s difference at each level of {places.label.lower()}: "
-        f"{shown}{with_mean}."
+    shown = f"{others} minus {lines.level_labels[0]}"
+    if len(lines.levels) > 2:
+        shown = f"from left to right {others}, each minus {lines.level_labels[0]}"
+    text = Markup(
+        "<b>{}</b>, Means{}: a line for each level of {}, over {}; lines that are not parallel are "
+        "an interaction. <b>{}</b>, Each participant’s difference at each level of {}: {}, with "
+        "mean{}."
+    ).format(
+        "a" if len(factors) == 2 else "Left",
+        f" with {interval}s between participants" if interval else "",
+        lines.label.lower(),
+        places.label.lower(),
+        "b" if len(factors) == 2 else "Right",
+        places.label.lower(),
+        shown,
+        f" and {interval}" if interval else "",
     )
     if len(factors) > 2:
-        text += (
-            f" A row for each level of {factors[2].label.lower()}, on the same axes; rows that "
-            "differ in their lines are an interaction of all three."
-        )
+        text += Markup(
+            " A row for each level of {}, on the same axes: lines that differ between rows are an "
+            "interaction of all three."
+        ).format(factors[2].label.lower())
     return text
 
 

@@ -111,8 +111,7 @@ def _modes(given: Answers, upper: Floats, lower: Floats, sigma: Floats) -> tuple
         curve = (sigma**2 * (above * (1 - above) + below * (1 - below))) @ given.members + 1
         low, high = np.where(slope > 0, mode, low), np.where(slope < 0, mode, high)
         there = mode + slope / curve
-        there = np.where((there > low) & (there < high), there, (low + high) / 2)
-        there = np.where(slope == 0, mode, there)
+        there = np.where((there >= low) & (there <= high), there, (low + high) / 2)
         moved = float(np.abs(there - mode).max())
         mode = there
         if moved < 1e-12:
@@ -121,10 +120,11 @@ def _modes(given: Answers, upper: Floats, lower: Floats, sigma: Floats) -> tuple
 
 
 def maximise(given: Answers) -> Maximum:
-    """Find the maximum by Newton's method from two spreads, halving steps that do not improve.
+    """Find the maximum by Newton's method, halving steps that do not improve.
 
     The likelihood is even in sigma, so that sigma = 0 is always level: where it is no maximum the
-    search is sent away from it.
+    search is sent away from it. A search that ends nowhere, or there, is made again from a
+    smaller spread.
     """
     shares = np.bincount(given.codes, minlength=given.categories).cumsum()[:-1] / len(given.codes)
     begin = np.concatenate([1.5 * special.logit(shares), np.zeros(given.x.shape[1])])
@@ -135,6 +135,8 @@ def maximise(given: Answers) -> Maximum:
         if abs(current[-1]) < 0.05 and hessian[-1, -1] > 0:
             current, converged = _climb(given, np.append(current[:-1], 2 * spread))
         found.append((float(log_likelihood(given, current[None, :])[0]), current, converged))
+        if converged and abs(current[-1]) >= 0.05:
+            break
     best, current, converged = max(found, key=lambda one: one[0])
     current = current.copy()
     current[-1] = abs(current[-1])
