@@ -101,7 +101,7 @@ def _modes(given: Answers, upper: Floats, lower: Floats, sigma: Floats) -> tuple
     steps alone can overshoot for ever where sigma is large, so that a step out of the bracket is
     replaced by halving it.
     """
-    widest = sigma * given.members.sum(axis=0) + 1  # the slope of the answers is at most sigma each
+    widest = np.abs(sigma) * given.members.sum(axis=0) + 1  # an answer's slope is sigma at most
     low, high = -widest, widest
     mode = np.zeros_like(low)
     for _ in range(200):
