@@ -18,6 +18,7 @@ from scipy import special
 
 Floats = npt.NDArray[np.float64]
 NODES = 10
+MANY_NODES = 30
 STEPS = 60
 
 
@@ -98,23 +99,24 @@ def _modes(given: Answers, upper: Floats, lower: Floats, sigma: Floats) -> tuple
     """Find each participant's mode of the integrand and its curvature there, (B, participants).
 
     The integrand is log-concave: the sign of its slope says on which side the mode is. Newton's
-    steps alone can overshoot for ever where sigma is large, so that a step out of the bracket is
-    replaced by halving it.
+    steps alone can go to and fro for ever where sigma is large, so that a step out of the bracket,
+    or not half as long as the last, is replaced by halving the bracket.
     """
     widest = np.abs(sigma) * given.members.sum(axis=0) + 1  # an answer's slope is sigma at most
     low, high = -widest, widest
-    mode = np.zeros_like(low)
+    mode, last = np.zeros_like(low), np.full_like(low, np.inf)
     for _ in range(200):
         each = sigma * (mode @ given.members.T)
         above, below = special.expit(upper - each), special.expit(lower - each)
         slope = -(sigma * (1 - above - below)) @ given.members - mode
         curve = (sigma**2 * (above * (1 - above) + below * (1 - below))) @ given.members + 1
         low, high = np.where(slope > 0, mode, low), np.where(slope < 0, mode, high)
-        there = mode + slope / curve
-        there = np.where((there >= low) & (there <= high), there, (low + high) / 2)
-        moved = float(np.abs(there - mode).max())
-        mode = there
-        if moved < 1e-12:
+        step = slope / curve
+        shorter = (np.abs(step) <= 0.5 * last) | (np.abs(step) < 1e-10)
+        newton = shorter & (mode + step >= low) & (mode + step <= high)
+        there = np.where(newton, mode + step, (low + high) / 2)
+        last, mode = np.abs(there - mode), there
+        if float(last.max()) < 1e-12:
             break
     return mode, curve
 
@@ -122,18 +124,21 @@ def _modes(given: Answers, upper: Floats, lower: Floats, sigma: Floats) -> tuple
 def maximise(given: Answers) -> Maximum:
     """Find the maximum by Newton's method, halving steps that do not improve.
 
-    The likelihood is even in sigma, so that sigma = 0 is always level: where it is no maximum the
-    search is sent away from it. A search that ends nowhere, or there, is made again from a
-    smaller spread.
+    Few nodes make maxima of their own where the spread is large, so that the maximum of many is
+    found first, and the nearest with the nodes asked for from there. The likelihood is even in
+    sigma: sigma = 0 is always level, and where it is no maximum the search is sent away from it. A
+    search that ends nowhere, or there, is made again from a smaller spread.
     """
     shares = np.bincount(given.codes, minlength=given.categories).cumsum()[:-1] / len(given.codes)
     begin = np.concatenate([1.5 * special.logit(shares), np.zeros(given.x.shape[1])])
+    many = dataclasses.replace(given, nodes=max(given.nodes, MANY_NODES))
     found = []
     for spread in (1.5, 0.5):
-        current, converged = _climb(given, np.append(begin, spread))
-        hessian = _derivatives(given, current)[1]
+        current, _ = _climb(many, np.append(begin, spread))
+        hessian = _derivatives(many, current)[1]
         if abs(current[-1]) < 0.05 and hessian[-1, -1] > 0:
-            current, converged = _climb(given, np.append(current[:-1], 2 * spread))
+            current, _ = _climb(many, np.append(current[:-1], 2 * spread))
+        current, converged = _climb(given, current)
         found.append((float(log_likelihood(given, current[None, :])[0]), current, converged))
         if converged and abs(current[-1]) >= 0.05:
             break
