@@ -61,31 +61,43 @@ def factorial(crossing: Crossing | None, trials: pd.DataFrame, cells: Cells) -> 
     model = trial_model(rows.assign(**placed, period=period), list(crossing.cells), crossed=factors)
     return Factorial(
         crossing=crossing,
-        means=_adjusted(_of_means(crossing, cells)),
+        means=_adjusted(effects_of_means(crossing, cells)),
         trials=_adjusted(_of_trials(crossing, model)),
         simple=_adjusted(_simple(crossing, cells)),
     )
 
 
-def _of_means(crossing: Crossing, cells: Cells) -> list[Outcome]:
+def effects_of_means(crossing: Crossing, cells: Cells) -> list[Outcome]:
+    """Test every main effect and interaction on participants' means, by the factors' labels.
+
+    Args:
+        crossing: the factors that the conditions cross.
+        cells: participants' means under every condition.
+
+    Returns:
+        The effects, main effects first; one refusal if all are refused together.
+    """
+    factors = list(crossing.levels)
     rows = [
-        {"participant": who, **dict(zip(crossing.levels, cell, strict=True)), "mean": mean}
+        {"participant": who, **dict(zip(factors, cell, strict=True)), "mean": mean}
         for who, means in zip(cells.participants, cells.means, strict=True)
         for cell, mean in zip((crossing.cells[c] for c in cells.levels), means, strict=True)
     ]
-    frame = pd.DataFrame(rows, columns=["participant", *crossing.levels, "mean"])
+    frame = pd.DataFrame(rows, columns=["participant", *factors, "mean"]).astype({"mean": float})
     name = "Effects of factors on participant means"
     found = within_anova(frame, "mean", crossing.levels, name)
     if isinstance(found, Refusal):
         return [dataclasses.replace(found, excluded=cells.excluded)]
-    return [
+    named = [
         dataclasses.replace(
             effect,
             name=crossing.label(effect.name.removeprefix(f"{name}: ")),
-            role="primary",
             excluded=cells.excluded,
         )
         for effect in found
+    ]
+    return [
+        dataclasses.replace(e, role="primary") if isinstance(e, EffectResult) else e for e in named
     ]
 
 

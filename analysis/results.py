@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 
 from analysis.data_label import DataLabel, data_label
+from analysis.factor_answers import ByFactor, ratings_by_factor, scales_by_factor
 from analysis.factorial import Factorial, factorial
 from analysis.measures import AnalysedData, analysed_data
 from analysis.protocol_facts import ProtocolFacts, protocol_facts
@@ -51,6 +52,8 @@ class StudyResults:
         orders: description by order.
         ratings: a row for each item on a scale that enters no score, and occasion.
         scales: a row for each scale of a scored instrument, and occasion.
+        rating_effects: each item by the factors that conditions cross; empty if they cross none.
+        scale_effects: the same of each scale.
         phase_four: policies on their own.
     """
 
@@ -71,6 +74,8 @@ class StudyResults:
     orders: tuple[OrderRow, ...]
     ratings: tuple[LikertRow, ...]
     scales: tuple[ScaleRow, ...]
+    rating_effects: tuple[ByFactor[LikertRow], ...]
+    scale_effects: tuple[ByFactor[ScaleRow], ...]
     phase_four: PhaseFour
 
     @property
@@ -100,6 +105,7 @@ def compute_results(study: StudyRecordings, tables: StudyTables) -> StudyResults
         str(who): str(policy)
         for who, policy in zip(before["participant"], before["policy_id"], strict=True)
     }
+    ratings, scales = _ratings(data, facts), scored_instruments(study, data, levels)
     return StudyResults(
         study=study,
         tables=tables,
@@ -116,8 +122,10 @@ def compute_results(study: StudyRecordings, tables: StudyTables) -> StudyResults
         robustness=robustness(cells, tests.means, facts.equivalence_bound),
         order_tests=order_tests(cells, data.orders, tests.means),
         orders=tuple(describe_orders(used, dict(data.orders))),
-        ratings=tuple(_ratings(data, facts)),
-        scales=scored_instruments(study, data, levels),
+        ratings=tuple(ratings),
+        scales=scales,
+        rating_effects=ratings_by_factor(facts.crossing, ratings, data.responses),
+        scale_effects=scales_by_factor(facts.crossing, scales),
         phase_four=phase_four(data.phase_four, tables.frame("fits"), levels, baseline),
     )
 

@@ -185,7 +185,9 @@ def vertical_axis(
 
 
 def panel_title(drawing: Drawing, x: float, letter: str, title: str, unit: str) -> None:
-    """Write a panel's letter, title and unit along its top."""
-    drawing.text((x, 14), letter, "f-ink bold", size=13)
-    drawing.text((x + 18, 14), title, "f-ink bold", size=12)
-    drawing.text((x + 18 + 6.7 * len(title) + 10, 14), unit, "f-quiet", size=11.5)
+    """Write a panel's letter, if it has one, title and unit along its top."""
+    if letter:
+        drawing.text((x, 14), letter, "f-ink bold", size=13)
+        x += 18
+    drawing.text((x, 14), title, "f-ink bold", size=12)
+    drawing.text((x + 6.7 * len(title) + 10, 14), unit, "f-quiet", size=11.5)

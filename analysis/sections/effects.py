@@ -5,8 +5,11 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 
+from markupsafe import Markup
+
 from analysis.figures.forest import ForestGroup, forest
 from analysis.figures.interaction import interaction
+from analysis.figures.paired_means import inferred
 from analysis.figures.svg import Drawing
 from analysis.formatting import NO_BREAK, counted, listed, number
 from analysis.results import StudyResults
@@ -82,22 +85,44 @@ def factors_in_words(results: StudyResults) -> str:
 
 
 def interaction_figure(results: StudyResults) -> Drawing | None:
-    """Draw two crossed factors; None with another number of them, or nobody."""
+    """Draw crossed factors; None where nothing is crossed, or nobody has every condition."""
     found, cells = results.factorial, results.cells
-    if found is None or len(found.crossing.factors) != 2 or cells.n == 0:
+    if found is None or cells.n == 0:
         return None
     return interaction("interaction", found.crossing, cells)
 
 
-def interaction_caption(results: StudyResults) -> str:
-    """Say what the lines of the interaction figure are."""
+def interaction_caption(results: StudyResults) -> Markup:
+    """Say what the panels of the interaction figure are."""
     if results.factorial is None:
-        return ""
-    lines, places = results.factorial.crossing.factors[:2]
-    return (
-        f"a line for each level of {lines.label.lower()}, over {places.label.lower()}; lines that "
-        "are not parallel are an interaction."
+        return Markup("")
+    factors = results.factorial.crossing.factors
+    lines, places = factors[:2]
+    interval = "95% CI" if inferred(results.cells) else ""
+    others = listed(list(lines.level_labels[1:]))
+    shown = f"{others} minus {lines.level_labels[0]}"
+    if len(lines.levels) > 2:
+        shown = f"from left to right {others}, each minus {lines.level_labels[0]}"
+    text = Markup(
+        "<b>{}</b>, Means{}: a line for each level of {}, over {}; lines that are not parallel are "
+        "an interaction. <b>{}</b>, Each participant’s difference at each level of {}: {}, with "
+        "mean{}."
+    ).format(
+        "a" if len(factors) == 2 else "Left",
+        f" with {interval}s between participants" if interval else "",
+        lines.label.lower(),
+        places.label.lower(),
+        "b" if len(factors) == 2 else "Right",
+        places.label.lower(),
+        shown,
+        f" and {interval}" if interval else "",
     )
+    if len(factors) > 2:
+        text += Markup(
+            " A row for each level of {}, on the same axes: lines that differ between rows are an "
+            "interaction of all three."
+        ).format(factors[2].label.lower())
+    return text
 
 
 def simple(results: StudyResults) -> list[EffectResult]:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from analysis.statistics.result import Excluded
+from study.errors import StudyError
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -59,30 +60,45 @@ class Cells:
         )
 
 
-def cell_means(frame: pd.DataFrame, value: str, levels: Sequence[str], what: str = "rows") -> Cells:
+def cell_means(
+    frame: pd.DataFrame,
+    value: str,
+    levels: Sequence[object],
+    what: str = "rows",
+    *,
+    participant: str = "participant",
+    condition: str = "condition",
+) -> Cells:
     """Average the rows of each participant under each condition.
 
     Args:
-        frame: columns "participant", "condition" and the value's.
-        value: the column to average.
+        frame: columns of participants, of conditions and the value's.
+        value: the column to average; numbers.
         levels: conditions, the reference first.
         what: what a row is, for the reasons: "trials", "answers".
+        participant: the column of participants.
+        condition: the column of conditions.
 
     The order of the rows does not matter, to the last bit: each cell is sorted first.
+
+    Raises:
+        StudyError: a column is missing or holds no numbers, or conditions are named twice.
     """
+    levels = _named(levels)
+    _refuse_columns(frame, value, (participant, condition, value))
     grouped: dict[tuple[str, str], list[float]] = {}
-    rows = zip(frame["participant"], frame["condition"], frame[value], strict=True)
-    for participant, condition, number in rows:
-        grouped.setdefault((str(participant), str(condition)), []).append(float(number))
+    rows = zip(as_text(frame[participant]), as_text(frame[condition]), frame[value], strict=True)
+    for person, name, number in rows:
+        grouped.setdefault((person, name), []).append(float(number))
     kept: list[str] = []
     excluded: list[Excluded] = []
-    for participant in sorted({key[0] for key in grouped}):
-        missing = [level for level in levels if (participant, level) not in grouped]
+    for person in sorted({key[0] for key in grouped}):
+        missing = [level for level in levels if (person, level) not in grouped]
         if missing:
             names = " and ".join(missing)
-            excluded.append(Excluded(participant, f"no {what} under {names}"))
+            excluded.append(Excluded(person, f"no {what} under {names}"))
         else:
-            kept.append(participant)
+            kept.append(person)
     values = [[float(np.mean(sorted(grouped[p, c]))) for c in levels] for p in kept]
     counts = [[len(grouped[p, c]) for c in levels] for p in kept]
     shape = (len(kept), len(levels))
@@ -93,3 +109,40 @@ def cell_means(frame: pd.DataFrame, value: str, levels: Sequence[str], what: str
         counts=np.array(counts, dtype=np.int64).reshape(shape),
         excluded=tuple(excluded),
     )
+
+
+def as_text(column: pd.Series) -> pd.Series:
+    """Return a column as text; whole numbers without a decimal point, however they are stored."""
+    if pd.api.types.is_float_dtype(column.dtype):
+        values = column.to_numpy(dtype=np.float64)
+        if np.all(np.isfinite(values)) and np.all(values == np.rint(values)):
+            return column.astype("int64").astype(str)
+    return column.astype(str)
+
+
+def _named(levels: Sequence[object]) -> tuple[str, ...]:
+    if isinstance(levels, str):
+        raise StudyError(
+            f"the conditions are given as one text, {levels!r}", "Give a list, the reference first."
+        )
+    names = tuple(str(level) for level in levels)
+    if len(set(names)) < len(names):
+        raise StudyError(f"a condition is named twice: {', '.join(names)}", "Name each once.")
+    return names
+
+
+def _refuse_columns(frame: pd.DataFrame, value: str, columns: Sequence[str]) -> None:
+    absent = [name for name in columns if list(frame.columns).count(name) != 1]
+    if absent:
+        raise StudyError(
+            f"the rows need one column {absent[0]!r}; they have "
+            f"{', '.join(map(str, frame.columns)) or 'none'}",
+            "Name the columns with value=, participant= and condition=.",
+        )
+    kind = frame[value].dtype
+    if not (pd.api.types.is_numeric_dtype(kind) or pd.api.types.is_bool_dtype(kind)):
+        if all(isinstance(number, int | float) for number in frame[value]):
+            return
+        raise StudyError(
+            f"the column {value} does not hold numbers ({kind})", "Convert it, or name another."
+        )

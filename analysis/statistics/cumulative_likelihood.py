@@ -3,8 +3,9 @@
 P(answer <= j | u) = logistic(alpha_j - x beta - sigma u), u standard normal by participant. The
 nodes sit at the mode of each participant's integrand, scaled by its curvature (Pinheiro & Bates
 1995, Journal of Computational and Graphical Statistics 4, 12-35), ten of them as with
-`nAGQ = 10` of R's ordinal::clmm (Christensen 2018). Many parameter vectors are evaluated at
-once, so that derivatives by differences cost little.
+`nAGQ = 10` of R's ordinal::clmm (Christensen 2018); with one node it is Laplace's approximation,
+clmm's default. Many parameter vectors are evaluated at once, so that derivatives by differences
+cost little.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from scipy import special
 
 Floats = npt.NDArray[np.float64]
 NODES = 10
+MANY_NODES = 30
 STEPS = 60
 
 
@@ -29,12 +31,14 @@ class Answers:
         categories: their number, J.
         x: design without intercept, shape (n, p).
         members: 1 where a row is a participant's, shape (n, participants).
+        nodes: of the quadrature for each participant; 1 is Laplace's approximation.
     """
 
     codes: npt.NDArray[np.int64]
     categories: int
     x: Floats
     members: Floats
+    nodes: int = NODES
 
     @property
     def size(self) -> int:
@@ -76,20 +80,10 @@ def log_likelihood(given: Answers, parameters: Floats) -> Floats:
     bounds = np.hstack([-edge, alpha, edge])
     shift = beta @ given.x.T
     upper, lower = bounds[:, given.codes + 1] - shift, bounds[:, given.codes] - shift
-    mode = np.zeros((len(alpha), given.members.shape[1]))
-    for _ in range(100):
-        each = sigma * (mode @ given.members.T)
-        above, below = special.expit(upper - each), special.expit(lower - each)
-        slope = -(sigma * (1 - above - below)) @ given.members - mode
-        curve = (sigma**2 * (above * (1 - above) + below * (1 - below))) @ given.members + 1
-        move = slope / curve
-        # The integrand is log-concave; a bound on the step keeps Newton from overshooting.
-        mode = mode + np.clip(move, -2, 2)
-        if np.abs(move).max() < 1e-12:
-            break
-    nodes, weights = np.polynomial.hermite.hermgauss(NODES)
+    mode, curve = _modes(given, upper, lower, sigma)
+    nodes, weights = np.polynomial.hermite.hermgauss(given.nodes)
     spread = np.sqrt(2 / curve)
-    total = np.empty((NODES, *mode.shape))
+    total = np.empty((given.nodes, *mode.shape))
     width = np.log(-np.expm1(-(upper - lower)))
     for place, (node, weight) in enumerate(zip(nodes, weights, strict=True)):
         u = mode + spread * node
@@ -101,12 +95,66 @@ def log_likelihood(given: Answers, parameters: Floats) -> Floats:
     return result
 
 
+def _modes(given: Answers, upper: Floats, lower: Floats, sigma: Floats) -> tuple[Floats, Floats]:
+    """Find each participant's mode of the integrand and its curvature there, (B, participants).
+
+    The integrand is log-concave: the sign of its slope says on which side the mode is. Newton's
+    steps alone can go to and fro for ever where sigma is large, so that a step out of the bracket,
+    or not half as long as the last, is replaced by halving the bracket.
+    """
+    widest = np.abs(sigma) * given.members.sum(axis=0) + 1  # an answer's slope is sigma at most
+    low, high = -widest, widest
+    mode, last = np.zeros_like(low), np.full_like(low, np.inf)
+    for _ in range(200):
+        each = sigma * (mode @ given.members.T)
+        above, below = special.expit(upper - each), special.expit(lower - each)
+        slope = -(sigma * (1 - above - below)) @ given.members - mode
+        curve = (sigma**2 * (above * (1 - above) + below * (1 - below))) @ given.members + 1
+        low, high = np.where(slope > 0, mode, low), np.where(slope < 0, mode, high)
+        step = slope / curve
+        shorter = (np.abs(step) <= 0.5 * last) | (np.abs(step) < 1e-10)
+        newton = shorter & (mode + step >= low) & (mode + step <= high)
+        there = np.where(newton, mode + step, (low + high) / 2)
+        last, mode = np.abs(there - mode), there
+        if float(last.max()) < 1e-12:
+            break
+    return mode, curve
+
+
 def maximise(given: Answers) -> Maximum:
-    """Find the maximum by Newton's method, halving steps that do not improve."""
+    """Find the maximum by Newton's method, halving steps that do not improve.
+
+    Few nodes make maxima of their own where the spread is large, so that the maximum of many is
+    found first, and the nearest with the nodes asked for from there. The likelihood is even in
+    sigma: sigma = 0 is always level, and where it is no maximum the search is sent away from it. A
+    search that ends nowhere, or there, is made again from a smaller spread.
+    """
     shares = np.bincount(given.codes, minlength=given.categories).cumsum()[:-1] / len(given.codes)
-    start = np.concatenate([1.5 * special.logit(shares), np.zeros(given.x.shape[1]), [1.5]])
+    begin = np.concatenate([1.5 * special.logit(shares), np.zeros(given.x.shape[1])])
+    many = dataclasses.replace(given, nodes=max(given.nodes, MANY_NODES))
+    found = []
+    for spread in (1.5, 0.5):
+        current, _ = _climb(many, np.append(begin, spread))
+        hessian = _derivatives(many, current)[1]
+        if abs(current[-1]) < 0.05 and hessian[-1, -1] > 0:
+            current, _ = _climb(many, np.append(current[:-1], 2 * spread))
+        current, converged = _climb(given, current)
+        found.append((float(log_likelihood(given, current[None, :])[0]), current, converged))
+        if converged and abs(current[-1]) >= 0.05:
+            break
+    best, current, converged = max(found, key=lambda one: one[0])
+    current = current.copy()
+    current[-1] = abs(current[-1])
+    gradient, hessian = _derivatives(given, current)
+    definite = bool(np.linalg.eigvalsh(hessian).max() < 0)
+    steep = float(np.abs(gradient).max()) > 1e-3
+    covariance: Floats = np.linalg.pinv(-hessian, hermitian=True).astype(np.float64)
+    return Maximum(current, covariance, best, (converged or not steep) and definite)
+
+
+def _climb(given: Answers, start: Floats) -> tuple[Floats, bool]:
+    """Return where the search from a start ends, and whether its last step was negligible."""
     current, best = start, float(log_likelihood(given, start[None, :])[0])
-    converged = False
     for _ in range(STEPS):
         gradient, hessian = _derivatives(given, current)
         values, vectors = np.linalg.eigh(hessian)
@@ -121,15 +169,8 @@ def maximise(given: Answers) -> Maximum:
         if found[place] >= best:
             current, best = ladder[place], float(found[place])
         if small or not found[place] > best - 1e-12:
-            converged = small
-            break
-    current = current.copy()
-    current[-1] = abs(current[-1])
-    gradient, hessian = _derivatives(given, current)
-    definite = bool(np.linalg.eigvalsh(hessian).max() < 0)
-    steep = float(np.abs(gradient).max()) > 1e-3
-    covariance: Floats = np.linalg.pinv(-hessian, hermitian=True).astype(np.float64)
-    return Maximum(current, covariance, best, (converged or not steep) and definite)
+            return current, small
+    return current, False
 
 
 def _derivatives(given: Answers, at: Floats) -> tuple[Floats, Floats]:

@@ -93,7 +93,9 @@ def _adjusted(rows: list[LikertRow]) -> list[LikertRow]:
     models = [(n, r.ordinal) for n, r in enumerate(rows) if isinstance(r.ordinal, CumulativeLink)]
     p_values = [model.test.p for _, model in models]
     for (place, model), p in zip(models, holm(p_values), strict=True):
-        adjusted = dataclasses.replace(model, test=dataclasses.replace(model.test, p_adjusted=p))
+        adjusted = dataclasses.replace(
+            model, tests=(dataclasses.replace(model.test, p_adjusted=p),)
+        )
         rows[place] = dataclasses.replace(rows[place], ordinal=adjusted)
     return rows
 

@@ -132,7 +132,7 @@ def _several(cells: Cells, name: str, role: Role, rows: int) -> Outcome:
     if not (math.isfinite(f) and math.isfinite(p)):
         return Refusal(name, "The variance between participants is degenerate.", cells.excluded)
     df1, df2 = (k - 1) * epsilon, (k - 1) * (n - 1) * epsilon
-    mauchly = sphericity(cells.means @ contrasts(k)).mauchly
+    mauchly = sphericity(cells.means @ contrasts(k), k).mauchly
     return EffectResult(
         name=name,
         formula="mean ~ condition, error: participant x condition",

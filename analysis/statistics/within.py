@@ -19,10 +19,11 @@ import numpy.typing as npt
 import pandas as pd
 from scipy import linalg, stats
 
-from analysis.statistics.cells import cell_means
+from analysis.statistics.cells import as_text, cell_means
 from analysis.statistics.effect_sizes import cohens_dz, partial_eta_squared
 from analysis.statistics.pairs import SMALLEST_N, not_finite
-from analysis.statistics.result import Check, EffectResult, EffectSize, Interval, Refusal
+from analysis.statistics.result import Check, EffectResult, EffectSize, Interval, Outcome, Refusal
+from study.errors import StudyError
 
 Floats = npt.NDArray[np.float64]
 JOINT = " / "
@@ -43,8 +44,14 @@ class Sphericity:
     mauchly: Check | None
 
 
-def sphericity(scores: Floats) -> Sphericity:
+def sphericity(scores: Floats, cells: int) -> Sphericity:
     """Measure the sphericity of orthonormal contrast scores, shape (n, d).
+
+    Args:
+        scores: contrast scores.
+        cells: of the whole design; R puts their number where Anderson's expansion has d (`3 * p` in
+            `mauchly.test` of stats and car), which moves p in its fourth digit. As R prints it
+            everywhere, so do we.
 
     Sources: Greenhouse & Geisser (1959), Psychometrika 24, 95-112; Huynh & Feldt (1976),
     Journal of Educational Statistics 1, 69-82; Mauchly (1940) with Anderson's expansion of p
@@ -65,7 +72,7 @@ def sphericity(scores: Floats) -> Sphericity:
         return Sphericity(gg, hf, None)
     log_w = float(log_det) - d * float(np.log(trace / d))
     rho = 1 - (2 * d * d + d + 2) / (6 * d * free)
-    w2 = 1.0 * (d + 2) * (d - 1) * (d - 2) * (2 * d**3 + 6 * d**2 + 3 * d + 2)
+    w2 = 1.0 * (d + 2) * (d - 1) * (d - 2) * (2 * d**3 + 6 * d**2 + 3 * cells + 2)
     w2 /= 288 * (free * d * rho) ** 2
     z, f = -free * rho * log_w, d * (d + 1) / 2 - 1
     p = float(stats.chi2.sf(z, f))
@@ -80,39 +87,51 @@ def contrasts(levels: int) -> Floats:
 
 
 def within_anova(
-    frame: pd.DataFrame, value: str, factors: Mapping[str, Sequence[str]], name: str = "RM-ANOVA"
-) -> tuple[EffectResult, ...] | Refusal:
+    frame: pd.DataFrame,
+    value: str,
+    factors: Mapping[str, Sequence[object]],
+    name: str = "RM-ANOVA",
+    *,
+    participant: str = "participant",
+) -> tuple[Outcome, ...] | Refusal:
     """Test every main effect and interaction on participants' cell means.
 
     Args:
-        frame: columns "participant", one for each factor, and the value's.
+        frame: a column of participants, one for each factor, and the value's.
         value: the column explained; several rows of a cell are averaged.
         factors: levels of each factor.
         name: what the tables call the tests, before the effect.
+        participant: the column of participants.
 
     Returns:
         One result for each effect, main effects first, or a refusal: fewer than three
-        participants with every cell, a mean that is not finite, or an effect whose contrasts do
-        not vary between participants. p and df are corrected by Greenhouse and Geisser. An effect
+        participants with every cell, or a mean that is not finite. An effect whose contrasts do
+        not vary between participants is refused in its place. p and df are corrected by
+        Greenhouse and Geisser. An effect
         of factors of two levels has an estimate: the second level minus the first, averaged over
         the other factors, or the difference of such differences.
+
+    Raises:
+        StudyError: a column is missing or holds no numbers, or a factor has not two different
+            levels.
     """
     names = list(factors)
-    joint = [JOINT.join(cell) for cell in itertools.product(*factors.values())]
+    known = _levels(frame, factors)
+    joint = [JOINT.join(cell) for cell in itertools.product(*known.values())]
     keyed = frame.assign(
         condition=functools.reduce(
-            lambda left, right: left + JOINT + right, (frame[n].astype(str) for n in names)
+            lambda left, right: left + JOINT + right, (as_text(frame[n]) for n in names)
         )
     )
-    cells = cell_means(keyed, value, joint)
+    cells = cell_means(keyed, value, joint, participant=participant)
     n = cells.n
-    if n < SMALLEST_N or not names:
+    if n < SMALLEST_N:
         reason = f"{n} participants have every cell; the test needs at least {SMALLEST_N}."
         return Refusal(name, reason, cells.excluded)
     refusal = not_finite(cells, name)
     if refusal is not None:
         return refusal
-    sizes = [len(factors[f]) for f in names]
+    sizes = [len(known[f]) for f in names]
     error_sum = 0.0
     tested: list[tuple[str, Floats, float, float]] = []
     for size in range(len(names) + 1):
@@ -131,13 +150,14 @@ def within_anova(
             if chosen:
                 tested.append((":".join(names[p] for p in chosen), scores, effect, error))
     scale = float(np.sum(cells.means**2))
-    results = []
+    results: list[Outcome] = []
     for label, scores, effect, error in tested:
         if error <= 1e-22 * scale:
-            reason = f"The effect of {label} is the same for every participant."
-            return Refusal(name, reason, cells.excluded)
+            reason = "The effect is the same for every participant, so that nothing tests it."
+            results.append(Refusal(f"{name}: {label}", reason, cells.excluded))
+            continue
         d = scores.shape[1]
-        shape = sphericity(scores)
+        shape = sphericity(scores, cells.means.shape[1])
         f = (effect / d) / (error / (d * (n - 1)))
         epsilon = shape.greenhouse_geisser
         df1, df2 = d * epsilon, d * (n - 1) * epsilon
@@ -169,6 +189,24 @@ def within_anova(
             )
         )
     return tuple(results)
+
+
+def _levels(
+    frame: pd.DataFrame, factors: Mapping[str, Sequence[object]]
+) -> dict[str, tuple[str, ...]]:
+    """Return the levels as text; see `within_anova` for what is refused."""
+    if not factors:
+        raise StudyError("there is no factor to test", "Give one, with its levels.")
+    for factor, levels in factors.items():
+        if factor not in frame.columns:
+            shown = ", ".join(map(str, frame.columns))
+            raise StudyError(f"the rows have no column {factor!r}; they have {shown}", "Name one.")
+        if isinstance(levels, str) or len({str(level) for level in levels}) < max(2, len(levels)):
+            raise StudyError(
+                f"the factor {factor} needs two or more different levels; given: {levels!r}",
+                "Give a list of its levels, the reference first.",
+            )
+    return {factor: tuple(str(level) for level in levels) for factor, levels in factors.items()}
 
 
 def _single(

@@ -238,7 +238,7 @@ class Session:
                 view="operated_only" if allocation == "assisted" else "tiles",
                 dwell=15 if allocation == "assisted" else 0,
                 policy_id=f"policy:{condition}" if phase == Phase.FOUR else "policy:1",
-                scorer_id="scorer:luce" if allocation == "assisted" else "",
+                scorer_id="scorer:luce" if allocation in ("assisted", "suggested") else "",
                 scored=True,
                 states=starts.astype(np.float32),
             )

@@ -149,6 +149,31 @@ def _coded(
     return coded
 
 
+def sum_to_zero(design: Design) -> Floats:
+    """Return the fixed design in sum-to-zero coding, columns in the same order, shape (n, p).
+
+    A level's column is 1 for it and -1 for the reference, as those of R's contr.sum up to the order
+    of levels, so that dropping the columns of a term tests it at the mean of the other factors.
+    """
+    plain = {
+        (name, level): column
+        for column, place in zip(design.x.T, design.columns, strict=True)
+        if len(place.term) == 1
+        for name, level in (place.levels or ((place.term[0], ""),))
+    }
+    coded = [np.ones(len(design.y))]
+    for place in design.columns[1:]:
+        chosen, value = dict(place.levels), np.ones(len(design.y))
+        for name in place.term:
+            if name in chosen:
+                rest = np.sum([plain[name, lv] for lv in design.factors[name][1:]], axis=0)
+                value = value * (plain[name, chosen[name]] - (1 - rest))
+            else:
+                value = value * plain[name, ""]
+        coded.append(value)
+    return np.column_stack(coded)
+
+
 def _random_block(
     frame: pd.DataFrame, random: RandomTerm, levels: Mapping[str, tuple[str, ...]], start: int
 ) -> tuple[Block, Floats]:

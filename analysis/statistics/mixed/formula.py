@@ -58,7 +58,7 @@ class Formula:
 
 
 def parse_formula(text: str) -> Formula:
-    """Read a formula with +, :, *, and random terms (1 + x | a:b) or (1 | a/b).
+    """Read a formula with +, :, *, and random terms (1 + x | a:b), (1 | a/b) or (1 + x || a).
 
     Raises:
         FormulaError: anything else.
@@ -93,14 +93,20 @@ def _split(right: str, text: str) -> list[str]:
 
 def _random_terms(inside: str, text: str) -> list[RandomTerm]:
     effects, bar, group = inside.partition("|")
-    if not bar or group.startswith("|"):
+    apart = group.startswith("|")  # as in lme4: effects without correlation
+    group = group.removeprefix("|")
+    if not bar or "|" in group:
         raise FormulaError(f"{inside!r} in {text!r} is not of the form (effects | group).")
     parts = _split(effects, text)
     intercept = "0" not in parts
     terms = [term for part in parts if part not in {"0", "1"} for term in _expand(part, text)]
     nested = [_interaction(name, text) for name in group.split("/")]
     groups = [tuple(itertools.chain(*nested[: depth + 1])) for depth in range(len(nested))]
-    return [RandomTerm(names, tuple(terms), intercept) for names in groups]
+    if not apart:
+        return [RandomTerm(names, tuple(terms), intercept) for names in groups]
+    each: list[tuple[tuple[Term, ...], bool]] = [((), True)] if intercept else []
+    each += [((term,), False) for term in terms]
+    return [RandomTerm(names, own, with_one) for names in groups for own, with_one in each]
 
 
 def _expand(part: str, text: str) -> list[Term]:
@@ -116,5 +122,9 @@ def _interaction(part: str, text: str) -> Term:
 
 def _name(name: str, text: str) -> str:
     if not _NAME.match(name.strip()):
-        raise FormulaError(f"{name.strip()!r} in {text!r} is not the name of a column.")
+        raise FormulaError(
+            f"{name.strip()!r} in {text!r} is not the name of a column. A formula has names of "
+            "columns, +, :, * and random terms; the intercept is always part of it, and what is "
+            "computed of columns is made a column first."
+        )
     return name.strip()

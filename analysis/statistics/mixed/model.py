@@ -23,7 +23,8 @@ from analysis.statistics.mixed import reml
 from analysis.statistics.mixed import satterthwaite as sw
 from analysis.statistics.mixed.design import Design, NotEstimableError, build_design, type_three
 from analysis.statistics.mixed.formula import FormulaError, Term, parse_formula
-from analysis.statistics.result import EffectResult, ExcludedRows, Interval, Refusal, Role
+from analysis.statistics.mixed.rows import left_out, participant_column, usable_rows
+from analysis.statistics.result import EffectResult, Interval, Refusal, Role
 
 Floats = npt.NDArray[np.float64]
 SMALLEST_N = 3
@@ -78,8 +79,8 @@ class MixedModel:
         formula: as given.
         tests: a Kenward-Roger F test of each term, in the order of the terms.
         satterthwaite: the same terms with Satterthwaite's degrees of freedom.
-        contrasts: pairwise differences of the levels of the first factor (Kenward-Roger,
-            Holm-adjusted) where it has more than two; averaged over the other factors.
+        pairs: pairwise differences of the levels of each factor that has more than two, by factor
+            (Kenward-Roger, Holm-adjusted within the factor); averaged over the other factors.
         coefficients: in treatment coding, with Kenward-Roger's standard errors and df.
         coefficients_satterthwaite: the same with Satterthwaite's.
         components: variances and covariances; the residual is the last.
@@ -90,12 +91,18 @@ class MixedModel:
     formula: str
     tests: tuple[EffectResult, ...]
     satterthwaite: tuple[EffectResult, ...]
-    contrasts: tuple[EffectResult, ...]
+    pairs: Mapping[str, tuple[EffectResult, ...]]
     coefficients: tuple[Coefficient, ...]
     coefficients_satterthwaite: tuple[Coefficient, ...]
     components: tuple[VarianceComponent, ...]
     criterion: float
     singular: bool
+
+    @property
+    def contrasts(self) -> tuple[EffectResult, ...]:
+        """Pairs of the levels of the first factor among the terms; none where it has two."""
+        named = [r.name.split(": ", 1)[-1] for r in self.tests]
+        return next((self.pairs[term] for term in named if term in self.pairs), ())
 
     def test(self, term: str) -> EffectResult:
         """Return the Kenward-Roger test of a term such as "condition" or "condition:trial".
@@ -116,7 +123,7 @@ def mixed_model(
     *,
     name: str = "Mixed model",
     role: Role = "sensitivity",
-    participant: str = "participant",
+    participant: str = "",
     note: str = "",
 ) -> MixedModel | Refusal:
     """Fit a model and test each of its terms.
@@ -129,7 +136,8 @@ def mixed_model(
             are numbers, but for grouping columns.
         name: what the tables call the tests, before the term.
         role: of the Kenward-Roger tests; Satterthwaite's are always sensitivity.
-        participant: the column that names participants.
+        participant: the column that names participants; by default "participant", or, where
+            there is none, what the first random term groups by.
         note: a sentence to carry along.
 
     Returns:
@@ -139,15 +147,18 @@ def mixed_model(
     """
     try:
         parsed = parse_formula(formula)
-        rows, dropped = _usable(frame, (parsed.response, *parsed.names), levels)
-        people = tuple(sorted(set(rows[participant].astype(str))))
+        if not parsed.random:
+            raise NotEstimableError("The formula has no random term such as (1 | participant).")
+        levels = {factor: known for factor, known in levels.items() if factor in parsed.names}
+        who = participant or participant_column(frame, parsed)
+        rows, dropped = usable_rows(frame, parsed, levels, who)
+        people = tuple(sorted(set(rows[who])))
+        gone = left_out(frame, rows, who)
         if len(people) < SMALLEST_N:
             raise NotEstimableError(
                 f"A mixed model needs at least {SMALLEST_N} participants; the rows hold "
                 f"{len(people)}."
             )
-        if not parsed.random:
-            raise NotEstimableError("The formula has no random term such as (1 | participant).")
         design = build_design(rows, parsed, levels)
     except (FormulaError, NotEstimableError) as problem:
         return Refusal(name, str(problem), formula=formula)
@@ -177,6 +188,7 @@ def mixed_model(
         effects=(),
         rows=len(design.y),
         participants=people,
+        excluded=gone,
         note=" ".join(part for part in (note, SINGULAR_NOTE if fit.singular else "") if part),
         rows_excluded=dropped,
     )
@@ -189,37 +201,13 @@ def mixed_model(
         formula=parsed.text,
         tests=tests,
         satterthwaite=others,
-        contrasts=_pairwise(base, design, small),
+        pairs=_pairs(base, design, small),
         coefficients=_coefficients(design, small),
         coefficients_satterthwaite=_coefficients(design, large),
         components=_components(fit),
         criterion=fit.criterion,
         singular=fit.singular,
     )
-
-
-def _usable(
-    frame: pd.DataFrame, names: Sequence[str], levels: Mapping[str, Sequence[str]]
-) -> tuple[pd.DataFrame, tuple[ExcludedRows, ...]]:
-    """Leave out rows without values, and those of levels that are not compared; count both."""
-    absent = [column for column in names if column not in frame.columns]
-    if absent:
-        raise NotEstimableError(f"The rows have no column {' or '.join(absent)}.")
-    dropped = []
-    for column, known in levels.items():
-        other = ~frame[column].isna() & ~frame[column].astype(str).isin([str(k) for k in known])
-        if column in names and other.any():
-            dropped.append(ExcludedRows(int(other.sum()), f"{column} is not one compared"))
-            frame = frame[~other]
-    for column in dict.fromkeys(names):
-        missing = frame[column].isna()
-        if missing.any():
-            dropped.append(ExcludedRows(int(missing.sum()), f"no value of {column}"))
-            frame = frame[~missing]
-        numeric = pd.api.types.is_numeric_dtype(frame[column])
-        if numeric and not np.isfinite(frame[column].to_numpy(dtype=np.float64)).all():
-            raise NotEstimableError(f"The column {column} holds a value that is not finite.")
-    return frame, tuple(dropped)
 
 
 def _variance(parts: kr.KenwardRoger | sw.Satterthwaite) -> Floats:
@@ -268,14 +256,21 @@ def _estimated(
     return dataclasses.replace(result, estimate=estimate, standard_error=error, interval=bounds)
 
 
-def _pairwise(
+def _pairs(
     base: EffectResult, design: Design, parts: kr.KenwardRoger
+) -> dict[str, tuple[EffectResult, ...]]:
+    """Compare the levels of each factor among the terms pair by pair."""
+    named = [term[0] for term in design.terms if len(term) == 1 and term[0] in design.factors]
+    return {
+        factor: _pairwise(base, design, parts, factor)
+        for factor in named
+        if len(design.factors[factor]) > 2
+    }
+
+
+def _pairwise(
+    base: EffectResult, design: Design, parts: kr.KenwardRoger, factor: str
 ) -> tuple[EffectResult, ...]:
-    """Compare the levels of the first factor among the terms pair by pair."""
-    named = [term for term in design.terms if len(term) == 1 and term[0] in design.factors]
-    if not named or len(design.factors[named[0][0]]) == 2:
-        return ()
-    factor = named[0][0]
     levels = design.factors[factor]
     width = len(design.columns)
     rows = [np.zeros(width)]
