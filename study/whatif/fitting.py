@@ -12,6 +12,7 @@ from study.events.codes import Phase
 from study.events.events import Timestep, TrialStarted
 from study.families import load_member
 from study.policies.base import Arrays
+from study.scorers._threads import use_one_thread
 from study.seeding import stream_seed
 from study.training_sets import ChoiceSets, choice_sets
 from study.whatif.sessions import AppliedFit, ChoiceSession
@@ -90,6 +91,7 @@ def refit(session: ChoiceSession, fit: AppliedFit, arrays: Arrays) -> bytes:
         Its weights. Nothing is held out to measure the fit: whoever refits does that.
     """
     module = load_member("study.scorers", "scorer", fit.algorithm)
+    use_one_thread()
     scorers = session.protocol.get("scorers", {})
     given = dict(scorers.get(fit.artefact_id.partition(":")[2], {}).get("parameters", {}))
     if "held_out_fraction" in module.Parameters.model_fields:

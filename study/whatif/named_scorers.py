@@ -13,6 +13,7 @@ import numpy as np
 from study.errors import StudyError, UnknownNameError
 from study.families import known_members, load_member
 from study.recording.parts import read_session
+from study.scorers._threads import use_one_thread
 from study.scorers.base import Scorer
 from study.seeding import stream_seed
 from study.whatif.fitting import LazyChoices, parts_of_trials, refit, scorer_part
@@ -132,6 +133,9 @@ def _by_name(name: str, session: ChoiceSession, note: Note) -> Asked | None:
     if name not in _members():
         return None
     module = load_member("study.scorers", "scorer", name)
+    control = bool(getattr(module, "IS_CONTROL", False))
+    if not control:
+        use_one_thread()
     data = LazyChoices(session)
     parameters = scorer_part(session, name).get("parameters", {})
     try:
@@ -148,7 +152,7 @@ def _by_name(name: str, session: ChoiceSession, note: Note) -> Asked | None:
         algorithm=name,
         sha256=hashlib.sha256(weights).hexdigest(),
         fitted_to=session.participant if data.used else "",
-        log_odds=not getattr(module, "IS_CONTROL", False),
+        log_odds=not control,
     )
 
 
