@@ -171,8 +171,12 @@ def test_the_end_is_told_from_a_crash(monkeypatch: pytest.MonkeyPatch, how: str)
                     await until(pilot, lambda: bool(session.obeyed))
             wanted = "The session is over" if how == "ended" else "is gone without having ended"
             await until(pilot, lambda: watching(app) and wanted in seen(app, "headline"))
+            assert isinstance(app.screen, WatchScreen)
+            # The one is said quietly, the other in red.
+            assert app.screen.over == (how == "ended")
             await pilot.press("p")
             await pilot.pause(0.2)
+            assert wanted in seen(app, "headline")
 
         use(ConsoleApp(), act)
 
