@@ -134,6 +134,9 @@ class WatchScreen(Screen[None]):
 
     def show(self) -> None:
         """Bring what is seen up to date."""
+        # A last word may come while the screen is being taken away.
+        if not all(self.query(f"#{name}") for name in ("headline", *PANELS)):
+            return
         status = self.status
         headline = self.query_one("#headline", Static)
         if status is None:

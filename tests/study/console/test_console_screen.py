@@ -71,6 +71,7 @@ def test_several_sessions_are_a_list(monkeypatch: pytest.MonkeyPatch) -> None:
 
         async def act(app: ConsoleApp, pilot: Pilot[None]) -> None:
             await until(pilot, lambda: app.query_one(OptionList).option_count == 2)
+            await until(pilot, lambda: isinstance(app.focused, OptionList))
             await pilot.press("enter")
             await until(pilot, lambda: watching(app))
             await pilot.press("l")
