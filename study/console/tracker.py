@@ -174,6 +174,7 @@ class Tracker:
 
     def _trial_ended(self, _: TrialEnded) -> None:
         self._trial = None
+        self._steps.clear()
 
     def _pause(self, record: Paused) -> None:
         self._still_since_ns, self._why = record.t_ns, record.reason

@@ -53,6 +53,7 @@ class WatchScreen(Screen[None]):
     Attributes:
         status: what it said last.
         farewell: why nothing more comes; empty while it is followed.
+        over: whether that is because the session ended, as it should.
     """
 
     CSS = """
@@ -73,7 +74,7 @@ class WatchScreen(Screen[None]):
         self._path = path
         self._writer: asyncio.StreamWriter | None = None
         self._heard = time.monotonic()
-        self._over = False
+        self.over = False
         self.status: Status | None = None
         self.farewell = ""
 
@@ -127,13 +128,15 @@ class WatchScreen(Screen[None]):
                 self.notify(_DONE.get(said.command, "Done."), markup=False)
         else:
             how = "complete" if said.complete else f"ended early: {said.reason}"
-            self.farewell = (
-                f"The session is over ({how}). L looks for others, Q closes the console."
-            )
+            self.farewell = f"The session is over ({how}). L lists others, Q closes the console."
+            self.over = True
         self.show()
 
     def show(self) -> None:
         """Bring what is seen up to date."""
+        # A last word may come while the screen is being taken away.
+        if not all(self.query(f"#{name}") for name in ("headline", *PANELS)):
+            return
         status = self.status
         headline = self.query_one("#headline", Static)
         if status is None:
@@ -141,7 +144,7 @@ class WatchScreen(Screen[None]):
                 headline.update(Text(self.farewell))
             return
         silence = 0.0 if self.farewell else time.monotonic() - self._heard
-        headline.update(words.headline(status, silence, self.farewell, over=self._over))
+        headline.update(words.headline(status, silence, self.farewell, over=self.over))
         self.query_one("#now", Static).update(words.now(status))
         self.query_one("#recording", Static).update(words.recording(status, silence))
         self.query_one("#timing", Static).update(words.timing(status))

@@ -71,6 +71,7 @@ def test_several_sessions_are_a_list(monkeypatch: pytest.MonkeyPatch) -> None:
 
         async def act(app: ConsoleApp, pilot: Pilot[None]) -> None:
             await until(pilot, lambda: app.query_one(OptionList).option_count == 2)
+            await until(pilot, lambda: isinstance(app.focused, OptionList))
             await pilot.press("enter")
             await until(pilot, lambda: watching(app))
             await pilot.press("l")
@@ -171,8 +172,12 @@ def test_the_end_is_told_from_a_crash(monkeypatch: pytest.MonkeyPatch, how: str)
                     await until(pilot, lambda: bool(session.obeyed))
             wanted = "The session is over" if how == "ended" else "is gone without having ended"
             await until(pilot, lambda: watching(app) and wanted in seen(app, "headline"))
+            assert isinstance(app.screen, WatchScreen)
+            # The one is said quietly, the other in red.
+            assert app.screen.over == (how == "ended")
             await pilot.press("p")
             await pilot.pause(0.2)
+            assert wanted in seen(app, "headline")
 
         use(ConsoleApp(), act)
 
