@@ -25,6 +25,9 @@ from study.recording.mcap_records import MESSAGE_INDEX, DamagedError
 BATCH_BYTES: Final = 2**20
 """Unpacked bytes of one batch, but for its last chunk: what fits into a processor's cache."""
 
+SOON_BYTES: Final = 2**16
+"""The same where the first message is wanted soon, and perhaps few more."""
+
 _SKIPPED_BYTES: Final = 2**14
 """Bytes between two chunks that are rather read than leapt over."""
 
@@ -68,7 +71,9 @@ class Batch:
     data: memoryview
 
 
-def batches(stream: BinaryIO, chunks: ChunkTable, channels: frozenset[int]) -> Iterator[Batch]:
+def batches(
+    stream: BinaryIO, chunks: ChunkTable, channels: frozenset[int], *, soon: bool = False
+) -> Iterator[Batch]:
     """Yield the messages of some channels.
 
     While the caller works on one batch, a thread loads the next: reading, unpacking and
@@ -78,13 +83,19 @@ def batches(stream: BinaryIO, chunks: ChunkTable, channels: frozenset[int]) -> I
         stream: the file.
         chunks: in order of sequence; those that have none of the channels are not read.
         channels: which.
+        soon: whether the first message is wanted soon: little is loaded at once, nothing ahead.
 
     Raises:
         DamagedError: a chunk is not what its checksum or its index says.
     """
-    groups = _groups(chunks.holding(channels))
+    held = chunks.holding(channels)
     # One for the batch that is with the caller, one for the batch that is loaded.
     rooms = (_Room(), _Room())
+    if soon:
+        for number, group in enumerate(_groups(held, SOON_BYTES)):
+            yield _load(stream, group, channels, rooms[number % 2])
+        return
+    groups = list(_groups(held, BATCH_BYTES))
 
     def load(number: int) -> Batch:
         return _load(stream, groups[number], channels, rooms[number % 2])
@@ -110,16 +121,14 @@ def chunks_from(stream: BinaryIO, chunks: ChunkTable, log_time_ns: int) -> Chunk
     return chunks.rows(slice(max(0, number - 1), None))
 
 
-def _groups(chunks: ChunkTable) -> list[ChunkTable]:
-    """Return the chunks of each batch."""
+def _groups(chunks: ChunkTable, batch_bytes: int) -> Iterator[ChunkTable]:
+    """Yield the chunks of each batch."""
     total = np.cumsum(chunks.size)
-    groups: list[ChunkTable] = []
     first, before = 0, 0
     while first < len(chunks):
-        after = int(np.searchsorted(total, before + BATCH_BYTES)) + 1
-        groups.append(chunks.rows(slice(first, after)))
+        after = int(np.searchsorted(total, before + batch_bytes)) + 1
+        yield chunks.rows(slice(first, after))
         first, before = after, int(total[min(after, len(chunks)) - 1])
-    return groups
 
 
 def _one_ahead(load: Callable[[int], Batch], count: int) -> Iterator[Batch]:

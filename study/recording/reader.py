@@ -194,7 +194,7 @@ class Recording:
                 chunks = self.chunks
                 if since is not None:
                     chunks = chunks_from(stream, chunks, since.log_time_ns)
-                yield from batches(stream, chunks, numbers)
+                yield from batches(stream, chunks, numbers, soon=since is not None)
         except (DamagedError, OSError) as error:
             raise RecordingError(
                 f"{self.path} cannot be read: {error}",
