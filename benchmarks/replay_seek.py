@@ -123,15 +123,18 @@ def measure(recording: SessionRecording, marks: Marks) -> None:
     for t_ns in times[:FROM_THE_BEGINNING]:
         anew.append(timed(lambda t_ns=t_ns: from_the_beginning(recording, t_ns)))
         assert from_the_beginning(recording, t_ns).screen == tape.go_to(t_ns).screen
-    told(f"{SEEKS} seeks", sought)
-    longest = told("with the analyst's picture painted", painted)
+    longest = {
+        "seek": told(f"{SEEKS} seeks", sought),
+        "seek with its picture": told("with the analyst's picture painted", painted),
+    }
     told("the same in processor time", worked)
     told(f"{FROM_THE_BEGINNING} times from the beginning", anew)
     ratio = np.median(anew) / np.median(sought)
     print(f"  from the beginning takes {ratio:.0f} times as long (medians)")
-    print(f"  peak memory {peak_mib()} MiB")
-    verdict = "within" if longest <= WANTED_MS else "NOT within"
-    print(f"  the longest seek with its picture is {verdict} {WANTED_MS:g} ms")
+    print(f"  peak memory, that of simulating included: {peak_mib()} MiB")
+    for what, milliseconds in longest.items():
+        verdict = "within" if milliseconds <= WANTED_MS else "NOT within"
+        print(f"  the longest {what} is {verdict} {WANTED_MS:g} ms")
 
 
 def main() -> None:
