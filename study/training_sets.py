@@ -80,6 +80,12 @@ class DemonstrationBuffer:
             self._states += row.states[operated].astype(np.float32, copy=False).tobytes()
             self._actions += row.actions[operated].astype(np.int32, copy=False).tobytes()
 
+    def copy(self) -> DemonstrationBuffer:
+        """Return one that goes on by itself."""
+        copied = DemonstrationBuffer()
+        copied._states, copied._actions = self._states.copy(), self._actions.copy()
+        return copied
+
     def collected(self, state_size: int) -> Demonstrations:
         """Return all demonstrations so far.
 

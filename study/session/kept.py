@@ -24,3 +24,10 @@ class KeptTimesteps:
         self.demonstrations.add(row)
         if phase == Phase.TWO and is_usable_choice(row):
             self.choices.append(row)
+
+    def copy(self) -> KeptTimesteps:
+        """Return one that goes on by itself; rows, which never change, are shared."""
+        copied = KeptTimesteps()
+        copied.demonstrations = self.demonstrations.copy()
+        copied.choices = self.choices.copy()
+        return copied

@@ -28,7 +28,9 @@ def _said(*words: str) -> str:
 def test_a_user_is_trained_kept_and_checked(tmp_path: Path) -> None:
     """The command in the weights is the one that was given; the check reads them again."""
     weights = tmp_path / "new" / "user.safetensors"
-    _said("train-user", "smoke", "--seed", "5", "--updates", "100", "--no-check", "-o", str(weights))
+    _said(
+        "train-user", "smoke", "--seed", "5", "--updates", "100", "--no-check", "-o", str(weights)
+    )
     made_of = TrainedUser.load(weights, "navigation").made_of
     assert made_of["command"] == "study train-user smoke --seed 5 --updates 100"
     assert made_of["training"]["updates"] == 100

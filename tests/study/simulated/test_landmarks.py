@@ -38,7 +38,9 @@ def test_neighbouring_places_and_headings_differ() -> None:
     state = np.array([[9.0, 2.0, 0.3, 80.0]], np.float32)
     before = LANDMARKS.features(state)
     for change in ([0.5, 0, 0, 0], [0, 0.5, 0, 0], [0, 0, math.radians(15), 0], [0, 0, 0, 10]):
-        assert np.abs(LANDMARKS.features(state + np.float32(change)) - before).max() > 0.05
+        assert (
+            np.abs(LANDMARKS.features(state + np.array(change, np.float32)) - before).max() > 0.05
+        )
 
 
 def test_a_disc_ahead_is_told_from_one_aside() -> None:

@@ -37,8 +37,12 @@ def test_policy_and_critics_reach_the_soft_optimum_of_two_states() -> None:
     a, b = np.eye(2)
     for action in range(3):
         chosen = np.array([action], np.int32)
-        memory.add(a[None], chosen, np.float32([earned["A"][action]]), b[None], np.array([True]))
-        memory.add(b[None], chosen, np.float32([earned["B"][action]]), b[None], np.array([False]))
+        memory.add(
+            a[None], chosen, np.array([earned["A"][action]], np.float32), b[None], np.array([True])
+        )
+        memory.add(
+            b[None], chosen, np.array([earned["B"][action]], np.float32), b[None], np.array([False])
+        )
     torch.set_num_threads(1)
     torch.manual_seed(1)
     learner, random = Learner(2, 3, SMALL), np.random.default_rng(1)
