@@ -151,7 +151,7 @@ def make_user(
     driver = TrainedUser(
         actor.tensors("actor") | nothing.tensors("values"), made_of, "the new user"
     )
-    fitted = values_of(course, driver, training, seed)
+    fitted = values_of(course, driver, training.discount, seed)
     measured = measured_values(course, driver, training.discount, seed)
     agreed = r_squared(fitted.values(measured.states), measured.values)
     made_of["values_r_squared"] = round(agreed, 4)
@@ -164,7 +164,7 @@ def make_user(
 def values_of(
     course: Course,
     driver: TrainedUser,
-    training: ActorCriticParameters,
+    discount: float,
     seed: int,
     *,
     trace: float = 1.0,
@@ -175,14 +175,14 @@ def values_of(
     Args:
         course: the task.
         driver: the user.
-        training: the user's; discount and units of the network are taken.
+        discount: gamma.
         seed: of starts, noise, actions and fit.
         trace: lambda.
         robots: rollouts learned from; a quarter as many are held out.
     """
     rollouts = spread_rollouts(course, driver, stream_seed(seed, "value_rollouts"), robots)
     held_out = spread_rollouts(course, driver, stream_seed(seed, "held_out"), robots // 4)
-    parameters = ValueParameters(discount=training.discount, trace=trace, hidden=training.hidden)
+    parameters = ValueParameters(discount=discount, trace=trace)
     return fit_values(rollouts, held_out, Landmarks.of(course.description), parameters, seed)
 
 

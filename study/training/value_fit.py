@@ -26,7 +26,9 @@ class ValueParameters(BaseModel):
     trace: float = Field(
         1.0, ge=0, le=1, description="lambda; below 1 the fit bootstraps and may fail silently"
     )
-    hidden: tuple[int, ...] = Field((128, 128), description="units of each hidden ReLU layer")
+    hidden: tuple[int, ...] = Field(
+        (64, 64), description="units of each hidden ReLU layer; values are asked of whole fleets"
+    )
     rounds: int = Field(
         10, ge=1, description="times that returns are computed anew from the fit; 1 if trace is 1"
     )
