@@ -175,8 +175,9 @@ def _approach(given: Answers, start: Floats) -> Floats:
         ahead, behind = values[1 : at.size + 1], values[at.size + 1 :]
         return -float(values[0]), -(ahead - behind) / (2 * np.diag(moves))
 
-    options = {"gtol": 1e-3, "maxiter": 60}
-    found = optimize.minimize(downhill, start, jac=True, method="BFGS", options=options)
+    found = optimize.minimize(
+        downhill, start, jac=True, method="BFGS", options={"gtol": 1e-3, "maxiter": 60}
+    )
     better = float(found.fun) < downhill(start)[0]
     return np.asarray(found.x if better else start, dtype=np.float64)
 
