@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy import special, stats
 
 from analysis.figures.paired_means import mean_interval
-from analysis.figures.svg import Drawing, Scale, panel_title, vertical_axis
+from analysis.figures.svg import Drawing, Scale, panel_title, tone, vertical_axis
 from analysis.statistics.result import Interval
 
 WIDTH = 920.0
@@ -153,9 +153,9 @@ def _residuals(
     vertical_axis(drawing, y, left, right)
     drawing.line((left, y(0)), (right, y(0)), "s-ink")
     for value, residual, place in zip(fitted, residuals, conditions, strict=True):
-        drawing.circle((x(value), y(residual)), 2.4, f"f-c{place} dot")
+        drawing.circle((x(value), y(residual)), 2.4, f"f-{tone(place)} dot")
     for place, text in enumerate(labels):
-        drawing.text((left + 6 + 86 * place, TOP - 4), text[:12], f"t-c{place} bold", size=11)
+        drawing.text((left + 6 + 86 * place, TOP - 4), text[:12], f"t-{tone(place)} bold", size=11)
     _bottom_axis(drawing, x, bottom, "Fitted, points", (left + right) / 2)
 
 

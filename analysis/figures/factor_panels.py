@@ -9,7 +9,7 @@ import numpy as np
 
 from analysis.factors import Crossing
 from analysis.figures.paired_means import inferred, mean_interval
-from analysis.figures.svg import Drawing, round_step
+from analysis.figures.svg import Drawing, round_step, tone
 from analysis.statistics.cells import Cells
 
 WIDTH = 920.0
@@ -57,9 +57,9 @@ def factor_panels(name: str, title: str, crossing: Crossing, panels: Sequence[Pa
     drawing.text((x, 14), f"{lines.label}:", "f-ink bold", size=12)
     x += 8.0 * len(lines.label) + 16
     for index, label in enumerate(lines.level_labels):
-        drawing.line((x, 10), (x + 20, 10), f"s-c{index} thick")
-        drawing.circle((x + 10, 10), 4, f"f-c{index} s-paper")
-        drawing.text((x + 26, 14), label, f"t-c{index} bold", size=12)
+        drawing.line((x, 10), (x + 20, 10), f"s-{tone(index)} thick")
+        drawing.circle((x + 10, 10), 4, f"f-{tone(index)} s-paper")
+        drawing.text((x + 26, 14), label, f"t-{tone(index)} bold", size=12)
         x += 26 + 7.4 * len(label) + 22
     width = WIDTH / columns
     for place, panel in enumerate(panels):
@@ -103,12 +103,12 @@ def _panel(drawing: Drawing, crossing: Crossing, panel: Panel, width: float) -> 
         points = [
             (x + shift, scale(float(np.mean(np.sort(v))))) for x, v in zip(xs, own, strict=True)
         ]
-        drawing.polyline(points, f"s-c{index} medium")
+        drawing.polyline(points, f"s-{tone(index)} medium")
         for (x, y), values in zip(points, own, strict=True):
             if inferred(panel.cells):
                 bounds = mean_interval(values)
                 ends = (max(bounds.low, panel.low), min(bounds.high, panel.high))
-                drawing.line((x, scale(ends[0])), (x, scale(ends[1])), f"s-c{index} medium")
-            drawing.circle((x, y), 4, f"f-c{index} s-paper")
+                drawing.line((x, scale(ends[0])), (x, scale(ends[1])), f"s-{tone(index)} medium")
+            drawing.circle((x, y), 4, f"f-{tone(index)} s-paper")
     for x, label in zip(xs, places.level_labels, strict=True):
         drawing.text((x, BOTTOM + 20), label, "f-ink", "middle", 11)

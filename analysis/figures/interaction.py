@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.factors import Crossing, Factor
 from analysis.figures.paired_means import LINE, inferred, mean_interval, spread_labels, swarm
-from analysis.figures.svg import Drawing, Scale, panel_title, vertical_axis
+from analysis.figures.svg import Drawing, Scale, panel_title, tone, vertical_axis
 from analysis.formatting import number
 from analysis.statistics.cells import Cells
 
@@ -101,17 +101,17 @@ def _means(
         shift = APART * (index - (len(lines.levels) - 1) / 2)
         middles = [float(np.mean(np.sort(columns[a, b]))) for b in places.levels]
         points = [(x + shift, scale(mean)) for x, mean in zip(xs, middles, strict=True)]
-        drawing.polyline(points, f"s-c{index} medium")
+        drawing.polyline(points, f"s-{tone(index)} medium")
         for (x, y), b in zip(points, places.levels, strict=True):
             if draws:
                 bounds = mean_interval(columns[a, b])
                 low, high = (x, scale(bounds.low)), (x, scale(bounds.high))
-                drawing.line(low, high, f"s-c{index} thick")
-            drawing.circle((x, y), 5, f"f-c{index} s-paper")
-        ends.append((points[-1][1], f"{index} {lines.level_labels[index]}"))
+                drawing.line(low, high, f"s-{tone(index)} thick")
+            drawing.circle((x, y), 5, f"f-{tone(index)} s-paper")
+        ends.append((points[-1][1], f"{tone(index)} {lines.level_labels[index]}"))
     for y, text in spread_labels(ends, LINE + 4):
-        place, _, label = text.partition(" ")
-        drawing.text((right + 8, y + 4), label, f"t-c{place} bold", size=12.5)
+        level, _, label = text.partition(" ")
+        drawing.text((right + 8, y + 4), label, f"t-{level} bold", size=12.5)
     _place_labels(drawing, places, xs, (left + right) / 2)
 
 
@@ -127,12 +127,16 @@ def _differences(
     for x, b in zip(xs, places.levels, strict=True):
         for index, a in others:
             middle = x + slot * (index - 1 - (len(others) - 1) / 2)
-            tone = str(index) if len(others) > 1 else ""
+            level = tone(index) if len(others) > 1 else ""
             values = columns[a, b] - columns[lines.levels[0], b]
-            _column(drawing, values, scale, middle, slot, tone, draws=draws)
+            _column(drawing, values, scale, middle, slot, level, draws=draws)
             if len(others) > 1 and slot >= WIDE:
                 drawing.text(
-                    (middle, BOTTOM + 12), lines.level_labels[index], f"t-c{index}", "middle", 11
+                    (middle, BOTTOM + 12),
+                    lines.level_labels[index],
+                    f"t-{tone(index)}",
+                    "middle",
+                    11,
                 )
     _place_labels(drawing, places, xs, (left + right) / 2)
 
@@ -143,14 +147,14 @@ def _column(
     scale: Scale,
     middle: float,
     slot: float,
-    tone: str,
+    level: str,
     *,
     draws: bool,
 ) -> None:
     """Draw each participant's difference with mean and interval beside; coloured by its level."""
     fill, stroke, text_tone = (
-        (f"f-c{tone} dot", f"s-c{tone} thick", f"t-c{tone}")
-        if tone
+        (f"f-{level} dot", f"s-{level} thick", f"t-{level}")
+        if level
         else ("f-soft s-paper", "s-ink thick", "f-ink")
     )
     ys = [scale(v) for v in values]
@@ -165,7 +169,7 @@ def _column(
         drawing.line((beside, scale(bounds.low)), (beside, scale(bounds.high)), stroke)
     drawing.line((beside - 5, scale(mean)), (beside + 5, scale(mean)), stroke)
     text = ("+" if round(mean, 1) > 0 else "") + number(mean, 1)
-    if tone:  # the next column begins where the text would stand
+    if level:  # the next column begins where the text would stand
         top = scale(bounds.high) if draws else scale(mean)
         drawing.text((beside, top - 6), text, f"{text_tone} bold halo", "middle", 11.5)
     else:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import stats
 
-from analysis.figures.svg import Drawing, Scale, panel_title, vertical_axis
+from analysis.figures.svg import Drawing, Scale, panel_title, tone, vertical_axis, wrapped
 from analysis.formatting import number
 from analysis.statistics.cells import Cells
 from analysis.statistics.pairs import SMALLEST_N
@@ -19,6 +19,8 @@ TOP, BOTTOM = 32.0, 306.0
 WIDTH = 920.0
 SPLIT = 545.0
 MOST_NAMES = 4
+INSET = 80.0
+"""From the sides of panel a to its outer conditions, px."""
 LINE = 13.0
 """From one label's line to the next, px."""
 
@@ -45,13 +47,15 @@ def paired_means(
     title = f"{measure} of {_people(cells)} under {' and '.join(labels)}, joined; differences"
     several = len(labels) > 2
     # Two conditions stand side by side; more need the width for themselves, one below the other.
-    drawing = Drawing(name, WIDTH, 2 * HEIGHT if several else HEIGHT, title)
+    slot = (WIDTH - 42 - 2 * INSET) / max(len(labels) - 1, 1) - 8
+    more = LINE * max(len(wrapped(label, slot, 12.5)) - 1 for label in labels) if several else 0.0
+    drawing = Drawing(name, WIDTH, 2 * (HEIGHT + more) if several else HEIGHT, title)
     panel_title(drawing, 0, "a", measure, unit)
     _means(drawing, cells, labels, hints, WIDTH if several else SPLIT - 75)
     reference = labels[0].lower()
     others = "others" if several else labels[-1].lower()
     left = 0.0 if several else SPLIT - 20
-    drawing.open_group(move=(0.0, HEIGHT if several else 0.0))
+    drawing.open_group(move=(0.0, HEIGHT + more if several else 0.0))
     panel_title(drawing, left, "b", f"Difference, {others} − {reference}", "points")
     _differences(drawing, cells, labels, left + 42)
     drawing.close_group()
@@ -67,15 +71,14 @@ def _means(
     scale = Scale([*cells.means.ravel(), *reach], BOTTOM, TOP)
     vertical_axis(drawing, scale, left, right)
     k = len(labels)
-    inset = 80.0
-    xs = [left + inset + (right - left - 2 * inset) * place / (k - 1) for place in range(k)]
+    xs = [left + INSET + (right - left - 2 * INSET) * place / (k - 1) for place in range(k)]
     falls = [not several and row[-1] < row[0] for row in cells.means]
     for row, down in zip(cells.means, falls, strict=True):
         points = [(x, scale(value)) for x, value in zip(xs, row, strict=True)]
         drawing.polyline(points, "s-ink dashed" if down else "s-soft")
     for place, x in enumerate(xs):
         for value in cells.means[:, place]:
-            drawing.circle((x, scale(value)), 3.2, f"f-c{place} s-paper")
+            drawing.circle((x, scale(value)), 3.2, f"f-{tone(place)} s-paper")
     if sum(falls) <= MOST_NAMES:
         ends = [
             (scale(r[-1]), p)
@@ -89,15 +92,20 @@ def _means(
         side = -22.0 if place == 0 else 22.0 if several else 52.0
         if inferred(cells):
             low, high = (x + side, scale(interval.low)), (x + side, scale(interval.high))
-            drawing.line(low, high, f"s-c{place} thick")
-        drawing.circle((x + side, scale(mean)), 5, f"f-c{place} s-paper")
+            drawing.line(low, high, f"s-{tone(place)} thick")
+        drawing.circle((x + side, scale(mean)), 5, f"f-{tone(place)} s-paper")
         anchor = "end" if place == 0 else "start"
         shift = -9.0 if place == 0 else 9.0
         value = number(mean, 1)
         at = (x + side + shift, scale(mean) + 4)
-        drawing.text(at, value, f"t-c{place} bold halo", anchor, 12.5)
-        drawing.text((x, BOTTOM + 24), labels[place], f"t-c{place} bold", "middle", 12.5)
-        drawing.text((x, BOTTOM + 41), hints[place], "f-quiet", "middle", 11.5)
+        drawing.text(at, value, f"t-{tone(place)} bold halo", anchor, 12.5)
+        slot = (xs[1] - xs[0] if k > 1 else right) - 8
+        lines = wrapped(labels[place], slot, 12.5) if several else [labels[place]]
+        for row, line in enumerate(lines):
+            y = BOTTOM + 24 + LINE * row
+            drawing.text((x, y), line, f"t-{tone(place)} bold", "middle", 12.5)
+        y = BOTTOM + 41 + LINE * (len(lines) - 1)
+        drawing.text((x, y), hints[place], "f-quiet", "middle", 11.5)
 
 
 def _differences(drawing: Drawing, cells: Cells, labels: Sequence[str], left: float) -> None:
@@ -108,8 +116,9 @@ def _differences(drawing: Drawing, cells: Cells, labels: Sequence[str], left: fl
     scale = Scale([*differences.ravel(), *reach], BOTTOM, TOP, zero=True)
     vertical_axis(drawing, scale, left, right, signed=True)
     drawing.line((left, scale(0)), (right, scale(0)), "s-ink")
-    drawing.text((right, scale(0) - 5), "no difference", "f-quiet", "end", 11)
     columns = differences.shape[1]
+    if columns == 1:
+        drawing.text((right, scale(0) - 5), "no difference", "f-quiet", "end", 11)
     slot = (right - left - 30) / columns
     for place, interval in enumerate(intervals):
         middle = left + slot * (place + (0.3 if columns == 1 else 0.42))
@@ -132,7 +141,8 @@ def _differences(drawing: Drawing, cells: Cells, labels: Sequence[str], left: fl
             drawing.text((x + 14, y + 4), text, f"f-ink {weight}", size=11.5)
         who = _people(cells) if columns == 1 else labels[place + 1]
         under = middle if columns == 1 else middle + 25
-        drawing.text((under, BOTTOM + 24), who, "f-ink bold", "middle", 12)
+        for row, line in enumerate(wrapped(who, slot - 8, 12) if columns > 1 else [who]):
+            drawing.text((under, BOTTOM + 24 + LINE * row), line, "f-ink bold", "middle", 12)
         shown = "Mean, 95% CI" if inferred(cells) else "Mean"
         if columns == 1:
             drawing.text((x + 8, BOTTOM + 24), shown, "f-ink bold", "middle", 12)

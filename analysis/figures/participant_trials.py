@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from analysis.figures.svg import Drawing, Scale, vertical_axis
+from analysis.figures.svg import Drawing, Scale, tone, vertical_axis
 from analysis.formatting import number
 
 WIDTH, HEIGHT = 920.0, 176.0
@@ -49,13 +49,13 @@ def participant_trials(
             (start + (int(t) - 1) * step, scale(float(r)))
             for t, r in zip(own["trial"], own["team_reward"], strict=True)
         ]
-        drawing.polyline(points, f"s-c{place} medium")
+        drawing.polyline(points, f"s-{tone(place)} medium")
         for point, complete in zip(points, own["complete"], strict=True):
-            fill = f"f-c{place} s-paper" if complete else f"f-paper s-c{place}"
+            fill = f"f-{tone(place)} s-paper" if complete else f"f-paper s-{tone(place)}"
             drawing.circle(point, 3.4, fill)
         middle = start + (count - 1) * step / 2
         whole = own.loc[own["complete"], "team_reward"]
-        drawing.text((middle, BOTTOM + 22), labels[place], f"t-c{place} bold", "middle", 12.5)
+        drawing.text((middle, BOTTOM + 22), labels[place], f"t-{tone(place)} bold", "middle", 12.5)
         if len(whole):
             written = f"mean {number(float(np.mean(whole)), 1)}"
             drawing.text((middle, BOTTOM + 38), written, "f-quiet", "middle", 11.5)

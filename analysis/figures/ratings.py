@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from analysis.figures.svg import Drawing
+from analysis.figures.svg import Drawing, tone
 from analysis.instruments import Item
 from analysis.statistics.likert import LikertRow
 
@@ -60,10 +60,10 @@ def rating_bars(
         drawing.text((NAME_LEFT, y + 29), when, "f-quiet", size=11.5)
         for place in range(k):
             answers = row.cells.means[:, place]
-            drawing.text((LABEL_RIGHT, y + 12), labels[place], f"t-c{place}", "end", 12)
+            drawing.text((LABEL_RIGHT, y + 12), labels[place], f"t-{tone(place)}", "end", 12)
             _bar(drawing, answers, (low, high), neutral=neutral, middle=middle, unit=unit, y=y)
             mean = float(np.mean(np.sort(answers)))
-            drawing.text((MEAN_RIGHT, y + 12), f"{mean:.2f}", f"t-c{place}", "end", 12)
+            drawing.text((MEAN_RIGHT, y + 12), f"{mean:.2f}", f"t-{tone(place)}", "end", 12)
             above = int((answers > neutral).sum())
             drawing.text((SHARE_RIGHT, y + 12), f"{above} / {answers.size}", "f-ink", "end", 12)
             y += ROW

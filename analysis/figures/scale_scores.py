@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from analysis.figures.paired_means import inferred, mean_interval, swarm
-from analysis.figures.svg import Drawing, Scale, round_step
+from analysis.figures.svg import Drawing, Scale, round_step, tone
 from analysis.formatting import interval, number
 from analysis.statistics.scale_scores import ScaleRow
 
@@ -67,11 +67,11 @@ def _scale(drawing: Drawing, row: ScaleRow, labels: Sequence[str], top: float) -
     for place, label in enumerate(labels):
         y = top + (place + 0.5) * ROW
         values = row.cells.means[:, place]
-        drawing.text((LABEL_RIGHT, y + 4), label, f"t-c{place} bold", "end", 12)
+        drawing.text((LABEL_RIGHT, y + 4), label, f"t-{tone(place)} bold", "end", 12)
         xs = [scale(value) for value in values]
         for x, shift in zip(xs, swarm(xs, 2 * DOT), strict=True):
             aside = max(-ROW / 2 + DOT, min(ROW / 2 - DOT, shift))
-            drawing.circle((x, y + aside), DOT, f"f-c{place} dot")
+            drawing.circle((x, y + aside), DOT, f"f-{tone(place)} dot")
         mean, bounds = float(np.mean(np.sort(values))), mean_interval(values)
         text = number(mean, decimals)
         if inferred(row.cells):

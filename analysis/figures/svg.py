@@ -13,6 +13,8 @@ from collections.abc import Sequence
 from markupsafe import Markup, escape
 
 Point = tuple[float, float]
+TONES = 8
+"""Colours of conditions in the report's sheet."""
 
 
 class Drawing:
@@ -165,6 +167,23 @@ class Scale:
             return text
         sign = "−" if value < 0 else ("+" if signed else "")
         return sign + text
+
+
+def tone(place: int) -> str:
+    """Return the colour of a condition or level by its place; after eight they begin anew."""
+    return f"c{place % TONES}"
+
+
+def wrapped(text: str, width: float, size: float) -> list[str]:
+    """Break a label between words into lines of about that width, px."""
+    lines = [""]
+    for word in text.split():
+        longer = f"{lines[-1]} {word}".strip()
+        if lines[-1] and len(longer) * size * 0.56 > width:
+            lines.append(word)
+        else:
+            lines[-1] = longer
+    return lines
 
 
 def round_step(rough: float) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.figures.paired_means import mean_interval
-from analysis.figures.svg import Drawing, Scale, vertical_axis
+from analysis.figures.svg import Drawing, Scale, tone, vertical_axis
 from analysis.formatting import number
 
 WIDTH, PANEL_HEIGHT = 920.0, 286.0
@@ -99,7 +99,7 @@ def _panel(
 
         for _, own in chosen.groupby("participant", observed=True):
             pairs = sorted(zip(own["trial"], own["team_reward"], strict=True))
-            drawing.polyline([(x(t), scale(r)) for t, r in pairs], f"s-c{place} faint")
+            drawing.polyline([(x(t), scale(r)) for t, r in pairs], f"s-{tone(place)} faint")
         means: list[tuple[float, float]] = []
         band: list[tuple[float, float, float]] = []
         for trial in range(1, count + 1):
@@ -111,15 +111,15 @@ def _panel(
         upper = [(px, high) for px, _, high in band]
         lower = [(px, low) for px, low, _ in reversed(band)]
         drawing.open_group(clip=clip)
-        drawing.polygon([*upper, *lower], f"f-c{place} band")
+        drawing.polygon([*upper, *lower], f"f-{tone(place)} band")
         drawing.close_group()
-        drawing.polyline(means, f"s-c{place} medium")
+        drawing.polyline(means, f"s-{tone(place)} medium")
         for point in means:
-            drawing.circle(point, 3, f"f-c{place} s-paper")
+            drawing.circle(point, 3, f"f-{tone(place)} s-paper")
         for trial in sorted({1, (count + 1) // 2, count}):
             drawing.text((x(trial), BOTTOM + 18), str(done + trial), "f-quiet", "middle", 11.5)
         middle = (x(1) + x(count)) / 2
-        drawing.text((middle, BOTTOM + 37), label, f"t-c{place} bold", "middle", 12.5)
+        drawing.text((middle, BOTTOM + 37), label, f"t-{tone(place)} bold", "middle", 12.5)
         if len(chosen):
             # Every participant counts once, however many trials there are.
             own_means = chosen.groupby("participant", observed=True)["team_reward"].mean()

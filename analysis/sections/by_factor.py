@@ -99,6 +99,18 @@ def refusals(
     return list(unique.values())
 
 
+def tested(results: StudyResults) -> list[tuple[str, FactorEffect, EffectResult]]:
+    """Return every effect on an item or scale whose F was computed, with the item's name."""
+    named = [(f"Rating {ratings.label(one.row)}", one.effects) for one in results.rating_effects]
+    named += [(f"Score {scored.full_name(one.row)}", one.effects) for one in results.scale_effects]
+    return [
+        (name, effect, effect.f_test)
+        for name, own in named
+        for effect in own
+        if isinstance(effect.f_test, EffectResult)
+    ]
+
+
 def rating_refusals(results: StudyResults) -> list[Refusal]:
     """Return the refused effects on items."""
     return refusals(results.rating_effects, lambda one: ratings.label(one.row))

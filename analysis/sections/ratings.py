@@ -84,7 +84,12 @@ def refusals(results: StudyResults) -> list[Refusal]:
 
 
 def pairs(results: StudyResults) -> list[tuple[str, EffectResult]]:
-    """Return each item with the test of each pair of three or more conditions."""
+    """Return each item with the test of each pair of three or more conditions.
+
+    None where conditions cross factors: these take the place of pairs, of which there are many.
+    """
+    if results.rating_effects:
+        return []
     found = []
     for row in results.ratings:
         for test in row.pairs:

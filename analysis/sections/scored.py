@@ -104,7 +104,9 @@ def compared(results: StudyResults) -> list[ScaleRow]:
 
 
 def pairs(results: StudyResults) -> list[PairRow]:
-    """Return every pair of three or more conditions that was tested."""
+    """Return every pair of three or more conditions that was tested; none of crossed factors."""
+    if results.scale_effects:
+        return []
     return [
         PairRow(full_name(row), dataclasses.replace(test, name=pair_label(results, test.name)))
         for row in results.scales

@@ -16,7 +16,7 @@ from analysis.formatting import (
     plain_statistic,
 )
 from analysis.results import StudyResults
-from analysis.sections import effects, scored
+from analysis.sections import by_factor, effects, scored
 from analysis.sections.ratings import label
 from analysis.statistics.reliability import Reliability
 from analysis.statistics.result import EffectResult, EffectSize
@@ -64,6 +64,10 @@ def sentences(results: StudyResults) -> list[Sentence]:
             how = "exact Wilcoxon" if len(row.cells.levels) == 2 else "Friedman"
             text = f"{label(row)} ({means}), {how}: {numbers(row.rank_test)}{adjusted}."
             found.append((f"Rating {label(row)}", text))
+    found += [
+        (f"{name}: {effect.name}", f"{name}, {effect.name}: {numbers(test)}{_holm(test)}.")
+        for name, effect, test in by_factor.tested(results)
+    ]
     found += [
         (f"Score {scored.full_name(row)}", _score(results, row))
         for row in results.scales

@@ -14,11 +14,12 @@ import dataclasses
 
 import numpy as np
 import numpy.typing as npt
-from scipy import special
+from scipy import optimize, special
 
 Floats = npt.NDArray[np.float64]
 NODES = 10
-MANY_NODES = 30
+EDGE = 300.0
+"""In place of infinity: logistic(300) is 1 in floating point, and exp(300) still a number."""
 STEPS = 60
 
 
@@ -63,24 +64,20 @@ class Maximum:
     converged: bool
 
 
-def log_likelihood(given: Answers, parameters: Floats) -> Floats:
+def log_likelihood(given: Answers, parameters: Floats, near: Floats | None = None) -> Floats:
     """Return the log likelihood of each row of parameters, shape (B, size) to (B,).
 
-    Thresholds that do not rise give minus infinity.
+    Thresholds that do not rise give minus infinity. The search for participants' modes begins at
+    ``near``, shape (participants,), if that is given: it changes the time taken, not the result.
     """
     cuts = given.categories - 1
-    alpha = parameters[:, :cuts]
-    beta, sigma = parameters[:, cuts:-1], parameters[:, -1]
     result = np.full(len(parameters), -np.inf)
-    fine = np.all(np.diff(alpha, axis=1) > 0, axis=1) & np.isfinite(parameters).all(axis=1)
+    rising = np.all(np.diff(parameters[:, :cuts], axis=1) > 0, axis=1)
+    fine = rising & np.isfinite(parameters).all(axis=1)
     if not fine.any():
         return result
-    alpha, beta, sigma = alpha[fine], beta[fine], sigma[fine][:, None]
-    edge = np.full((len(alpha), 1), 1e3)  # logistic(1000) is 1 in floating point
-    bounds = np.hstack([-edge, alpha, edge])
-    shift = beta @ given.x.T
-    upper, lower = bounds[:, given.codes + 1] - shift, bounds[:, given.codes] - shift
-    mode, curve = _modes(given, upper, lower, sigma)
+    upper, lower, sigma = _bounds(given, parameters[fine])
+    mode, curve = _modes(given, upper, lower, sigma, near)
     nodes, weights = np.polynomial.hermite.hermgauss(given.nodes)
     spread = np.sqrt(2 / curve)
     total = np.empty((given.nodes, *mode.shape))
@@ -88,14 +85,28 @@ def log_likelihood(given: Answers, parameters: Floats) -> Floats:
     for place, (node, weight) in enumerate(zip(nodes, weights, strict=True)):
         u = mode + spread * node
         each = sigma * (u @ given.members.T)
-        rows = -np.logaddexp(0, -(upper - each)) - np.logaddexp(0, lower - each) + width
+        # log of logistic(upper) (1 - logistic(lower)), whose product with the width is their gap.
+        up, down = np.exp(np.minimum(each - upper, EDGE)), np.exp(np.minimum(lower - each, EDGE))
+        rows = width - np.log((1 + up) * (1 + down))
         total[place] = rows @ given.members - u**2 / 2 + node**2 + np.log(weight)
     inner = special.logsumexp(total, axis=0) + np.log(spread) - 0.5 * np.log(2 * np.pi)
     result[fine] = inner.sum(axis=1)
     return result
 
 
-def _modes(given: Answers, upper: Floats, lower: Floats, sigma: Floats) -> tuple[Floats, Floats]:
+def _bounds(given: Answers, parameters: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return what bounds each answer, less its x beta, shapes (B, n), and sigma, (B, 1)."""
+    cuts = given.categories - 1
+    edge = np.full((len(parameters), 1), EDGE)
+    bounds = np.hstack([-edge, parameters[:, :cuts], edge])
+    shift = parameters[:, cuts:-1] @ given.x.T
+    upper, lower = bounds[:, given.codes + 1] - shift, bounds[:, given.codes] - shift
+    return upper, lower, parameters[:, -1:]
+
+
+def _modes(
+    given: Answers, upper: Floats, lower: Floats, sigma: Floats, near: Floats | None = None
+) -> tuple[Floats, Floats]:
     """Find each participant's mode of the integrand and its curvature there, (B, participants).
 
     The integrand is log-concave: the sign of its slope says on which side the mode is. Newton's
@@ -105,6 +116,8 @@ def _modes(given: Answers, upper: Floats, lower: Floats, sigma: Floats) -> tuple
     widest = np.abs(sigma) * given.members.sum(axis=0) + 1  # an answer's slope is sigma at most
     low, high = -widest, widest
     mode, last = np.zeros_like(low), np.full_like(low, np.inf)
+    if near is not None:
+        mode = np.clip(mode + near, low, high)
     for _ in range(200):
         each = sigma * (mode @ given.members.T)
         above, below = special.expit(upper - each), special.expit(lower - each)
@@ -122,23 +135,21 @@ def _modes(given: Answers, upper: Floats, lower: Floats, sigma: Floats) -> tuple
 
 
 def maximise(given: Answers) -> Maximum:
-    """Find the maximum by Newton's method, halving steps that do not improve.
+    """Find the maximum by quasi-Newton steps, and by Newton's at the end.
 
-    Few nodes make maxima of their own where the spread is large, so that the maximum of many is
-    found first, and the nearest with the nodes asked for from there. The likelihood is even in
-    sigma: sigma = 0 is always level, and where it is no maximum the search is sent away from it. A
-    search that ends nowhere, or there, is made again from a smaller spread.
+    The likelihood is even in sigma: sigma = 0 is always level, and where it is no maximum the
+    search is sent away from it. A search that ends nowhere, or there, is made again from a smaller
+    spread.
     """
     shares = np.bincount(given.codes, minlength=given.categories).cumsum()[:-1] / len(given.codes)
     begin = np.concatenate([1.5 * special.logit(shares), np.zeros(given.x.shape[1])])
-    many = dataclasses.replace(given, nodes=max(given.nodes, MANY_NODES))
     found = []
     for spread in (1.5, 0.5):
-        current, _ = _climb(many, np.append(begin, spread))
-        hessian = _derivatives(many, current)[1]
+        current, converged = _climb(given, _approach(given, np.append(begin, spread)))
+        hessian = _derivatives(given, current)[1]
         if abs(current[-1]) < 0.05 and hessian[-1, -1] > 0:
-            current, _ = _climb(many, np.append(current[:-1], 2 * spread))
-        current, converged = _climb(given, current)
+            away = np.append(current[:-1], 2 * spread)
+            current, converged = _climb(given, _approach(given, away))
         found.append((float(log_likelihood(given, current[None, :])[0]), current, converged))
         if converged and abs(current[-1]) >= 0.05:
             break
@@ -150,6 +161,25 @@ def maximise(given: Answers) -> Maximum:
     steep = float(np.abs(gradient).max()) > 1e-3
     covariance: Floats = np.linalg.pinv(-hessian, hermitian=True).astype(np.float64)
     return Maximum(current, covariance, best, (converged or not steep) and definite)
+
+
+def _approach(given: Answers, start: Floats) -> Floats:
+    """Return a point near the maximum: gradients alone cost far less than curvatures."""
+
+    def downhill(at: Floats) -> tuple[float, Floats]:
+        moves = np.diag(_steps(given, at))
+        points = np.array([at, *(at + m for m in moves), *(at - m for m in moves)])
+        values = log_likelihood(given, points)
+        if not np.isfinite(values).all():
+            return 1e10, np.zeros_like(at)
+        ahead, behind = values[1 : at.size + 1], values[at.size + 1 :]
+        return -float(values[0]), -(ahead - behind) / (2 * np.diag(moves))
+
+    found = optimize.minimize(
+        downhill, start, jac=True, method="BFGS", options={"gtol": 1e-3, "maxiter": 60}
+    )
+    better = float(found.fun) < downhill(start)[0]
+    return np.asarray(found.x if better else start, dtype=np.float64)
 
 
 def _climb(given: Answers, start: Floats) -> tuple[Floats, bool]:
@@ -176,16 +206,15 @@ def _climb(given: Answers, start: Floats) -> tuple[Floats, bool]:
 def _derivatives(given: Answers, at: Floats) -> tuple[Floats, Floats]:
     """Return gradient and Hessian by central differences, all points in one call."""
     size = given.size
-    step = 2e-4 * np.maximum(1.0, np.abs(at))
-    gaps = np.diff(at[: given.categories - 1])
-    if gaps.size:
-        step = np.minimum(step, float(gaps.min()) / 8)
+    step = _steps(given, at)
     moves = np.diag(step)
     pairs = [(i, j) for i in range(size) for j in range(i)]
     points = [at, *(at + m for m in moves), *(at - m for m in moves)]
     for i, j in pairs:
         points += [at + a * moves[i] + b * moves[j] for a in (1, -1) for b in (1, -1)]
-    values = log_likelihood(given, np.array(points))
+    upper, lower, sigma = _bounds(given, at[None, :])
+    near = _modes(given, upper, lower, sigma)[0][0]
+    values = log_likelihood(given, np.array(points), near)
     middle, ahead, behind = values[0], values[1 : size + 1], values[size + 1 : 2 * size + 1]
     gradient = (ahead - behind) / (2 * step)
     hessian = np.diag((ahead - 2 * middle + behind) / step**2)
@@ -193,3 +222,10 @@ def _derivatives(given: Answers, at: Floats) -> tuple[Floats, Floats]:
         pp, pm, mp, mm = values[2 * size + 1 + 4 * place : 2 * size + 5 + 4 * place]
         hessian[i, j] = hessian[j, i] = (pp - pm - mp + mm) / (4 * step[i] * step[j])
     return gradient, hessian
+
+
+def _steps(given: Answers, at: Floats) -> Floats:
+    """Return steps of differences that keep the thresholds rising."""
+    step: Floats = 2e-4 * np.maximum(1.0, np.abs(at))
+    gaps = np.diff(at[: given.categories - 1])
+    return np.minimum(step, float(gaps.min()) / 8) if gaps.size else step

@@ -73,6 +73,14 @@ QUESTIONNAIRES = {
 
 CROSSED = ("manual_4", "manual_12", "assisted_4", "assisted_12")
 """Conditions that cross allocation with fleet size."""
+CROSSED_THREE = tuple(
+    f"{allocation}_{robots}"
+    for robots in (4, 12)
+    for allocation in ("manual", "suggested", "assisted")
+)
+"""Conditions that cross three allocations with two fleet sizes."""
+CUBED = tuple(f"{cell}_{dwell}" for cell in CROSSED for dwell in (5, 15))
+"""Conditions that cross allocation, fleet size and dwell."""
 THREE = ("manual", "suggested", "assisted")
 
 HOSTILE = "<script>alert(1)</script>"
@@ -97,16 +105,18 @@ class Plan:
     planned: int = 12
     phase_four: bool = True
     conditions: tuple[str, ...] = ("manual", "assisted")
-    """Allocation, and the fleet size after an underscore; 12 without one."""
+    """Allocation, then fleet size and dwell after underscores; 12 and none without them."""
     scored: bool = True
     """Whether the session records scores, as sessions do since rules 1."""
 
 
 def declared(condition: str) -> str:
     """Return a condition's table in a protocol."""
-    allocation, _, robots = condition.partition("_")
+    allocation, robots, dwell = (*condition.split("_"), "", "")[:3]
     label = allocation.capitalize() + (f", {robots} robots" if robots else "")
+    label += f", dwell {dwell}" if dwell else ""
     lines = ["[[conditions]]", f'name = "{condition}"', f'label = "{label}"']
+    lines += [f"dwell = {dwell}"] if dwell else []
     return "\n".join([*lines, f'allocation = "{allocation}"', f"robots = {robots or 12}"])
 
 
@@ -245,7 +255,7 @@ class Session:
         )
         helped = condition.startswith("assisted")
         target = self.skill + (self.benefit if helped else 0.0) + 0.5 * number
-        target += 6.0 if condition.endswith("_4") else 0.0
+        target += 6.0 if "_4" in condition else 0.0
         target += float(generator.normal(0, 8.0)) - (15 if phase == Phase.FOUR else 0)
         rewards = np.full((plan.timesteps, robots), target / (plan.timesteps * robots))
         operates = phase != Phase.FOUR
@@ -341,7 +351,7 @@ class Session:
         self.fit("scorer", "scorer:luce", 70 + plan.index)
         for block, condition in enumerate(self.order, start=1):
             for number in range(1, plan.trials + 1):
-                robots = int(condition.partition("_")[2] or 12)
+                robots = int((*condition.split("_"), "12")[1])
                 self.trial(Phase.THREE, block, condition, number, robots)
             if plan.stop_after is None:
                 self.survey(block, condition, "before_reveal")

@@ -122,10 +122,14 @@ def f_test(parts: KenwardRoger, contrasts: Floats) -> FTest:
     v0 = 0.0 if abs(v0) < 1e-10 else v0
     mean_part = 1 - a2 / q
     both_zero = abs(mean_part) < 1e-14 and abs(v1) < 1e-14
-    ratio = 1.0 if both_zero else mean_part / v1
-    rho = ratio**2 * v0 / v2 / q
-    df2 = 4 + (q + 2) / (q * rho - 1)
-    scaling = 1.0 if abs(df2 - 2) < 1e-2 else df2 * mean_part / (df2 - 2)
+    # With hardly any participants a divisor can be zero: as in R the quotient is then not finite,
+    # and whoever asked sees that in the result.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.float64(1.0) if both_zero else np.float64(mean_part) / v1
+        rho = ratio**2 * v0 / v2 / q
+        df2 = float(4 + (q + 2) / (q * rho - 1))
+        near_two = abs(df2 - 2) < 1e-2
+        scaling = 1.0 if near_two else float(df2 * mean_part / np.float64(df2 - 2))
     distance = contrasts @ parts.beta
     wald = float(distance @ np.linalg.solve(contrasts @ parts.adjusted @ contrasts.T, distance))
     return FTest(scaling * wald / q, q, df2)
