@@ -179,7 +179,11 @@ def check(folder: Path) -> None:
     ]  # fmt: skip
     assert sum(isinstance(r, Resumed) for r in records) == 2 + stalls
     codes = [r.code for r in records if isinstance(r, Deviation)]
-    assert [code for code in codes if code != "recording_interrupted"] == ["experimenter_paused", "experimenter_paused", "ended_early"]
+    assert [code for code in codes if code != "recording_interrupted"] == [
+        "experimenter_paused",
+        "experimenter_paused",
+        "ended_early",
+    ]
     (noted,) = [r for r in records if isinstance(r, ExperimenterNoted)]
     assert noted.text == "coughs =1+1 <b>"
     assert noted.trial_id == 0
