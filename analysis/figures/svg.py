@@ -175,14 +175,25 @@ def tone(place: int) -> str:
 
 
 def wrapped(text: str, width: float, size: float) -> list[str]:
-    """Break a label between words into lines of about that width, px."""
-    lines = [""]
-    for word in text.split():
-        longer = f"{lines[-1]} {word}".strip()
-        if lines[-1] and len(longer) * size * 0.56 > width:
-            lines.append(word)
-        else:
-            lines[-1] = longer
+    """Break a label into lines of about that width, px: at commas, else between words."""
+
+    def fits(line: str) -> bool:
+        return len(line) * size * 0.56 <= width
+
+    lines: list[str] = []
+    parts = text.split(", ")
+    for place, part in enumerate(parts):
+        piece = part if place == len(parts) - 1 else f"{part},"
+        if lines and fits(f"{lines[-1]} {piece}"):
+            lines[-1] += f" {piece}"
+            continue
+        lines.append("")
+        for word in piece.split():
+            longer = f"{lines[-1]} {word}".strip()
+            if lines[-1] and not fits(longer):
+                lines.append(word)
+            else:
+                lines[-1] = longer
     return lines
 
 

@@ -74,8 +74,8 @@ def _other_rows(results: StudyResults) -> tuple[Outcome, ...]:
 
 
 def forest_figure(results: StudyResults) -> Drawing | None:
-    """Draw all models of the difference; None unless two conditions were compared."""
-    if len(results.labels) != 2:
+    """Draw all models of the difference; None unless two conditions were tested."""
+    if len(results.labels) != 2 or isinstance(results.primary, Refusal):
         return None
     groups = [
         ForestGroup(group.heading, group.kind, tuple(r for r in group.results if _drawable(r)))

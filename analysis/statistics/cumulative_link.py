@@ -101,7 +101,7 @@ def cumulative_link(
 def cumulative_link_model(
     frame: pd.DataFrame,
     formula: str,
-    levels: Mapping[str, Sequence[str]],
+    levels: Mapping[str, Sequence[object]],
     *,
     name: str = "Cumulative-link mixed model",
     nodes: int = NODES,
@@ -183,7 +183,7 @@ def cumulative_link_model(
 
 
 def _refuse_answers(
-    rows: pd.DataFrame, formula: Formula, levels: Mapping[str, Sequence[str]], who: str
+    rows: pd.DataFrame, formula: Formula, levels: Mapping[str, Sequence[object]], who: str
 ) -> None:
     people, answers = set(rows[who]), rows[formula.response].to_numpy(dtype=np.float64)
     for factor, known in levels.items():

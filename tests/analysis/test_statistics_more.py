@@ -384,6 +384,7 @@ def test_three_factors_match_r() -> None:
     for result, expected in zip(
         results, R["likert_paper_reconstruction"]["three_way"], strict=True
     ):
+        assert isinstance(result, EffectResult)
         assert result.name == f"RM-ANOVA: {expected['effect']}"
         assert result.statistic == pytest.approx(expected["F"], rel=1e-5)
         assert result.p == pytest.approx(expected["p"], rel=1e-5)
@@ -410,6 +411,7 @@ def test_two_factors_match_pingouin() -> None:
     table = table.rename(columns=lambda c: str(c).replace("-", "_"))
     for place, result in enumerate(results):
         row = table.iloc[place]
+        assert isinstance(result, EffectResult)
         assert result.statistic == pytest.approx(row["F"], rel=1e-6)
         assert result.effect("generalised eta squared").value == pytest.approx(row["ng2"], rel=1e-6)
         if place < 2:

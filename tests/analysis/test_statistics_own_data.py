@@ -31,7 +31,7 @@ from study.errors import StudyError
 ROOT = Path(__file__).parents[2]
 REFERENCE = Path(__file__).parent / "reference"
 R: dict[str, Any] = json.loads((REFERENCE / "r_results.json").read_text())
-LEVELS = {"a": ("x", "y", "z"), "b": (1, 2, 3, 4)}
+LEVELS: dict[str, tuple[object, ...]] = {"a": ("x", "y", "z"), "b": (1, 2, 3, 4)}
 FORMULA = "y ~ a * b + age + (1 | subject)"
 
 
@@ -190,12 +190,12 @@ def test_mauchly_of_three_by_four_is_as_r_prints_it() -> None:
         z, df = -n * rho * log_w, pp * (pp + 1) / 2 - 1
         first = float(stats.chi2.sf(z, df))
         expected = first + w2 * (float(stats.chi2.sf(z, df + 4)) - first)
+        assert isinstance(result, EffectResult)
         (check,) = result.checks
         assert check.statistic == pytest.approx(math.exp(log_w), rel=1e-8)
         assert check.p == pytest.approx(expected, rel=1e-8)
         eigen = np.linalg.eigvals(u).real
         epsilon = eigen.sum() ** 2 / (pp * (eigen**2).sum())
-        assert isinstance(result, EffectResult)
         assert result.df1 == pytest.approx(pp * epsilon, rel=1e-8)
 
 
@@ -214,13 +214,15 @@ def test_type_three_contrasts_are_those_of_lmertest(formula: str) -> None:
     blocks: list[tuple[tuple[str, ...], np.ndarray]] = [((), np.ones((len(ordered), 1)))]
     for term in parsed.terms:
         factors = [name for name in term if name in used]
-        base = np.prod([ordered[name] for name in term if name not in used] or [[1.0]], axis=0)
+        base = np.ones(len(ordered))
+        for name in (name for name in term if name not in used):
+            base = base * ordered[name].to_numpy()
         columns = [
             base
             * np.prod([(ordered[f] == lv) for f, lv in zip(factors, cell, strict=True)], axis=0)
             for cell in itertools.product(*(used[name] for name in factors))
         ]
-        blocks.append((term, np.column_stack([c * np.ones(len(ordered)) for c in columns])))
+        blocks.append((term, np.column_stack(columns)))
     whole = np.column_stack([block for _, block in blocks])
     owners = [term for term, block in blocks for _ in range(block.shape[1])]
     general = (np.linalg.pinv(design.x) @ whole).T
@@ -279,8 +281,9 @@ def test_an_ordinal_model_tests_terms_and_scales_with_its_covariate() -> None:
     nested = cumulative_link_model(frame, "rate ~ a + b + age + (1 | subject)", LEVELS)
     moved = frame.assign(age=40 + 1000 * frame["age"])
     other = cumulative_link_model(moved, "rate ~ a * b + age + (1 | subject)", LEVELS)
-    for model in (whole, nested, other):
-        assert isinstance(model, CumulativeLink)
+    assert isinstance(whole, CumulativeLink)
+    assert isinstance(nested, CumulativeLink)
+    assert isinstance(other, CumulativeLink)
     assert [test.df1 for test in whole.tests] == [2, 3, 1, 6]
     ratio = 2 * (whole.log_likelihood - nested.log_likelihood)
     assert whole.tests[-1].statistic == pytest.approx(ratio, abs=1e-6)
@@ -353,8 +356,8 @@ def test_a_search_that_meets_no_spread_goes_on() -> None:
         model = cumulative_link_model(frame, "rate ~ a + (1 | subject)", LEVELS)
         assert isinstance(model, CumulativeLink)
         people = np.array(sorted(set(frame["subject"])))
-        members = np.equal.outer(frame["subject"].to_numpy(), people).astype(float)
-        x = np.column_stack([(frame["a"] == level).to_numpy(float) for level in ("y", "z")])
+        members = np.array([people == who for who in frame["subject"]], dtype=np.float64)
+        x = np.column_stack([np.where(frame["a"] == level, 1.0, 0.0) for level in ("y", "z")])
         categories, codes = np.unique(frame["rate"], return_inverse=True)
         answers = Answers(codes, len(categories), x, members)
         fixed = [value for _, value in model.thresholds]

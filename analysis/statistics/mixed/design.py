@@ -91,7 +91,7 @@ class Design:
 
 
 def build_design(
-    frame: pd.DataFrame, formula: Formula, factors: Mapping[str, Sequence[str]]
+    frame: pd.DataFrame, formula: Formula, factors: Mapping[str, Sequence[object]]
 ) -> Design:
     """Build the matrices; rows are sorted first, so that their order changes no bit.
 

@@ -119,7 +119,7 @@ class MixedModel:
 def mixed_model(
     frame: pd.DataFrame,
     formula: str,
-    levels: Mapping[str, Sequence[str]],
+    levels: Mapping[str, Sequence[object]],
     *,
     name: str = "Mixed model",
     role: Role = "sensitivity",

@@ -12,7 +12,7 @@ from analysis.statistics.mixed.design import NotEstimableError
 from analysis.statistics.mixed.formula import Formula
 from analysis.statistics.result import Excluded, ExcludedRows
 
-Levels = Mapping[str, Sequence[str]]
+Levels = Mapping[str, Sequence[object]]
 SHOWN = 6
 """So many levels are named in a message."""
 
