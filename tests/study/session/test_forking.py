@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
@@ -9,6 +10,7 @@ from fake_shell import FakeShell, Moods
 from short_study import opened, short_study
 from study.recording.wire import encode
 from study.session.forking import fork
+from study.session.kept import KeptTimesteps
 
 
 @settings(max_examples=20, phases=[Phase.explicit, Phase.generate])
@@ -49,13 +51,15 @@ def test_a_fork_shares_what_never_changes() -> None:
     shell = FakeShell(opened(short_study()))
     shell.go_on_until(lambda: shell.finished)
     twin = fork(shell.session)
-    kept = [part for part in twin.shared.values() if not isinstance(part, list)]
-    others = [part for part in shell.session.shared.values() if not isinstance(part, list)]
+    kept = [part for part in twin.shared.values() if not isinstance(part, KeptTimesteps)]
+    others = [part for part in shell.session.shared.values() if not isinstance(part, KeptTimesteps)]
     assert all(mine is other for mine, other in zip(kept, others, strict=True))
     assert len(kept) == 5
-    rows = [part for part in twin.shared.values() if isinstance(part, list)]
-    theirs = [part for part in shell.session.shared.values() if isinstance(part, list)]
-    assert sum(map(len, rows)) > 20
+    rows = [part for part in twin.shared.values() if isinstance(part, KeptTimesteps)]
+    theirs = [part for part in shell.session.shared.values() if isinstance(part, KeptTimesteps)]
+    assert sum(len(part.choices) for part in rows) > 20
     for mine, other in zip(rows, theirs, strict=True):
-        assert mine is not other
-        assert all(row is copied for row, copied in zip(mine, other, strict=True))
+        assert mine.choices is not other.choices
+        assert all(row is copied for row, copied in zip(mine.choices, other.choices, strict=True))
+        together = mine.demonstrations.collected(4), other.demonstrations.collected(4)
+        assert np.array_equal(together[0].states, together[1].states)
