@@ -173,6 +173,8 @@ class Participant:
                 self._hands.click(*self._place(target))
                 time.sleep(0.1)
         else:
+            # A questionnaire is deaf to keys for its first half second.
+            time.sleep(0.6)
             for key in (self._random.choice("1234567"), self._random.choice("1234567"), "return"):
                 self._hands.tap(key)
         time.sleep(0.3)

@@ -25,6 +25,8 @@ from x11_driver import Hands
 
 SIZE = (1280, 960)
 AGE, WORDS = "27", "fine"
+READING_S = 0.7
+"""Longer than a questionnaire is deaf to keys."""
 CHECK = "Is everything clear?"
 """Title of the comprehension check, whose first attempt is to fail."""
 
@@ -172,6 +174,9 @@ class SeatedParticipant:
             self._hands.tap("tab")
             return
         untouched = screen.focus == 0 and not any(map(self._answered, screen.items))
+        if untouched:
+            # A questionnaire is deaf to keys at first.
+            time.sleep(READING_S)
         for item in screen.items if untouched else focused:
             # A short answer moves the focus on by itself, to the next open question.
             self._type_answer(screen, item)
