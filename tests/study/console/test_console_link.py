@@ -82,6 +82,7 @@ def test_a_command_in_pieces_is_obeyed_once(session: WatchedSession) -> None:
         caller.send(bytes([byte]))
         time.sleep(0.002)
     assert caller.answer() == Answer(command="annotate")
+    until(lambda: bool(session.obeyed))
     assert [command.text for command in session.obeyed] == ["coughs"]
     said = caller.hear()
     assert isinstance(said, Status)
