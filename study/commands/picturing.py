@@ -49,7 +49,8 @@ def _name(screen: Screen) -> str:
     """Return a name that tells kinds of screens apart."""
     kind = type(screen).__name__.removesuffix("Screen").lower()
     if isinstance(screen, FleetScreen):
-        return f"{kind}_{screen.allocation}_{screen.view}_{screen.robots}"
+        offered = "_offered" if 1 < len(screen.tiles) < screen.robots else ""
+        return f"{kind}_{screen.allocation}_{screen.view}_{screen.robots}{offered}"
     if isinstance(screen, PageScreen) and not (screen.paragraphs or screen.figure):
         return f"ready_{'episode' if screen.robots == 1 else 'trial'}"
     if isinstance(screen, WaitScreen):
