@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from analysis.environment import analysis_files, digest
 from analysis.figures.paired_means import inferred
+from analysis.formatting import listed
 from analysis.page import frame, page_environment
 from analysis.plan_status import plan_status
 from analysis.results import StudyResults
@@ -27,7 +29,7 @@ from analysis.sections import (
     summary,
 )
 from analysis.statistics.cumulative_link import CumulativeLink
-from analysis.statistics.result import EffectResult
+from analysis.statistics.result import EffectResult, Refusal
 
 
 def render_report(results: StudyResults) -> str:
@@ -118,7 +120,9 @@ def _context(results: StudyResults) -> dict[str, Any]:
         "rating_label": ratings.label,
         "rating_pairs": ratings.pairs(results),
         "rating_df": ratings.paper_heading(results),
-        "rating_refusals": [*ratings.refusals(results), *by_factor.rating_refusals(results)],
+        "rating_refusals": _by_reason(
+            [*ratings.refusals(results), *by_factor.rating_refusals(results)]
+        ),
         "rating_groups": by_factor.rating_groups(results),
         "rating_factor_figure": by_factor.rating_figure(results),
         "questions": ratings.questions(results),
@@ -131,7 +135,9 @@ def _context(results: StudyResults) -> dict[str, Any]:
         "scored_name": scored.full_name,
         "scored_pairs": scored.pairs(results),
         "scored_alphas": scored.reliability(results),
-        "scored_refusals": [*scored.refusals(results), *by_factor.scale_refusals(results)],
+        "scored_refusals": _by_reason(
+            [*scored.refusals(results), *by_factor.scale_refusals(results)]
+        ),
         "map_rows": map_rows,
         "map_scale": map_scale,
         "map_low_health": scorers.shows_low_health(results),
@@ -153,3 +159,11 @@ def _context(results: StudyResults) -> dict[str, Any]:
         "recording_versions": provenance.recording_versions(results),
         "downloads": provenance.downloads(results),
     }
+
+
+def _by_reason(refusals: Sequence[Refusal]) -> list[Refusal]:
+    """Put together what was refused for the same reason, in the order of the first of each."""
+    names: dict[str, list[str]] = {}
+    for refusal in refusals:
+        names.setdefault(refusal.reason, []).append(refusal.name)
+    return [Refusal(listed(whose), reason) for reason, whose in names.items()]

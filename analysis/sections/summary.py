@@ -12,9 +12,11 @@ from analysis.formatting import (
     counted,
     effect,
     equation,
+    equation_alone,
     in_words,
     listed,
     number,
+    p_equation,
 )
 from analysis.results import StudyResults
 from analysis.sections import effects
@@ -93,7 +95,15 @@ def evidence(results: StudyResults) -> Markup:
     if departed:
         text += Markup(" {} did not run as assigned.").format(counted(departed, "trial"))
     if effects.effects(results):
-        return text + Markup(" Effects of factors go by <i>p</i> Holm-adjusted over them.")
+        shown = Markup("; ").join(
+            Markup("{} {}, Holm-adjusted {}").format(
+                found.name.removesuffix(", mixed model").lower(),
+                equation_alone(found),
+                p_equation(found.p if found.p_adjusted is None else found.p_adjusted),
+            )
+            for found in effects.effects(results)
+        )
+        return Markup("By factor: {}. All conditions together: {}").format(shown, text)
     if effects.pairs(results):
         return text + " " + effects.pairs_finding(results)
     if len(results.cells.levels) != 2:
