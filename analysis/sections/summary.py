@@ -103,7 +103,7 @@ def evidence(results: StudyResults) -> Markup:
             )
             for found in effects.effects(results)
         )
-        return Markup("By factor: {}. All conditions together: {}").format(shown, text)
+        return Markup("By factor: {}. {}").format(shown, text)
     if effects.pairs(results):
         return text + " " + effects.pairs_finding(results)
     if len(results.cells.levels) != 2:
