@@ -84,10 +84,14 @@ def plain_statistic(result: EffectResult) -> str:
 
 def equation(result: EffectResult) -> Markup:
     """Write a statistic for running text: "F(1, 11) = 18.56, p = .001"."""
+    return equation_alone(result) + ", " + p_equation(result.p)
+
+
+def equation_alone(result: EffectResult) -> Markup:
+    """Write a statistic for running text without its p: "F(1, 11) = 18.56"."""
     name = Markup("<i>{}</i>").format(result.statistic_name)
     inside = f"({known})" if (known := degrees(result)) else ""
-    left = _unbroken(name + f"{inside}{NO_BREAK}={NO_BREAK}{number(result.statistic)}")
-    return left + ", " + p_equation(result.p)
+    return _unbroken(name + f"{inside}{NO_BREAK}={NO_BREAK}{number(result.statistic)}")
 
 
 def effect(size: EffectSize) -> Markup:

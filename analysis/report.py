@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from analysis.environment import analysis_files, digest
 from analysis.figures.paired_means import inferred
+from analysis.formatting import listed
 from analysis.page import frame, page_environment
 from analysis.plan_status import plan_status
 from analysis.results import StudyResults
@@ -30,7 +32,7 @@ from analysis.sections import (
     what_if_figures,
 )
 from analysis.statistics.cumulative_link import CumulativeLink
-from analysis.statistics.result import EffectResult
+from analysis.statistics.result import EffectResult, Refusal
 from analysis.what_if import WhatIf
 
 
@@ -130,7 +132,9 @@ def _context(results: StudyResults, asked: WhatIf | None) -> dict[str, Any]:
         "rating_label": ratings.label,
         "rating_pairs": ratings.pairs(results),
         "rating_df": ratings.paper_heading(results),
-        "rating_refusals": [*ratings.refusals(results), *by_factor.rating_refusals(results)],
+        "rating_refusals": _by_reason(
+            [*ratings.refusals(results), *by_factor.rating_refusals(results)]
+        ),
         "rating_groups": by_factor.rating_groups(results),
         "rating_factor_figure": by_factor.rating_figure(results),
         "questions": ratings.questions(results),
@@ -143,7 +147,9 @@ def _context(results: StudyResults, asked: WhatIf | None) -> dict[str, Any]:
         "scored_name": scored.full_name,
         "scored_pairs": scored.pairs(results),
         "scored_alphas": scored.reliability(results),
-        "scored_refusals": [*scored.refusals(results), *by_factor.scale_refusals(results)],
+        "scored_refusals": _by_reason(
+            [*scored.refusals(results), *by_factor.scale_refusals(results)]
+        ),
         "map_rows": map_rows,
         "map_scale": map_scale,
         "map_low_health": scorers.shows_low_health(results),
@@ -190,3 +196,11 @@ def _what_if_context(asked: WhatIf | None) -> dict[str, Any]:
         "what_if_regret_dots": what_if_figures.regret_dots(regrets),
         "what_if_sources": list(asked.tables["scorers"].itertuples()),
     }
+
+
+def _by_reason(refusals: Sequence[Refusal]) -> list[Refusal]:
+    """Put together what was refused for the same reason, in the order of the first of each."""
+    names: dict[str, list[str]] = {}
+    for refusal in refusals:
+        names.setdefault(refusal.reason, []).append(refusal.name)
+    return [Refusal(listed(whose), reason) for reason, whose in names.items()]

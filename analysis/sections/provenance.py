@@ -134,11 +134,25 @@ def methods(results: StudyResults, plan: PlanStatus) -> list[str]:
     if results.ratings:
         ranks = "exact Wilcoxon signed-rank tests (differences of zero dropped)"
         if len(results.labels) > 2:
-            ranks = "Friedman’s tests (pairs by exact Wilcoxon signed-rank tests)"
+            ranks = "Friedman’s tests"
+            if not results.rating_effects:
+                ranks += " (pairs by exact Wilcoxon signed-rank tests)"
         text.append(
             f"Ratings were compared by F as in the paper and by {ranks}, "
             "with cumulative-link mixed models beside them, each "
             f"Holm-adjusted over {counted(len(results.ratings), 'row')}."
+        )
+    if results.rating_effects or results.scale_effects:
+        ordinal = (
+            " Beside them stand likelihood ratios in cumulative-link mixed models of ratings."
+            if results.rating_effects
+            else ""
+        )
+        text.append(
+            "Effects of the factors on ratings and scores were tested by repeated-measures ANOVA "
+            "of participants’ cells with Greenhouse and Geisser’s correction, and levels of each "
+            "factor by ranks, each kind of test Holm-adjusted over all effects of ratings, and of "
+            f"scores.{ordinal}"
         )
     if results.scales:
         compared = [row for row in results.scales if row.compared]

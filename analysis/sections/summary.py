@@ -12,9 +12,11 @@ from analysis.formatting import (
     counted,
     effect,
     equation,
+    equation_alone,
     in_words,
     listed,
     number,
+    p_equation,
 )
 from analysis.results import StudyResults
 from analysis.sections import effects
@@ -93,7 +95,15 @@ def evidence(results: StudyResults) -> Markup:
     if departed:
         text += Markup(" {} did not run as assigned.").format(counted(departed, "trial"))
     if effects.effects(results):
-        return text + Markup(" Effects of factors go by <i>p</i> Holm-adjusted over them.")
+        shown = Markup("; ").join(
+            Markup("{} {}, Holm-adjusted {}").format(
+                found.name.removesuffix(", mixed model").lower(),
+                equation_alone(found),
+                p_equation(found.p if found.p_adjusted is None else found.p_adjusted),
+            )
+            for found in effects.effects(results)
+        )
+        return Markup("By factor: {}. {}").format(shown, text)
     if effects.pairs(results):
         return text + " " + effects.pairs_finding(results)
     if len(results.cells.levels) != 2:
@@ -155,7 +165,7 @@ def tiles(results: StudyResults) -> list[Tile]:
             str(complete),
             f"of {planned} {'planned' if facts.planned_participants else 'recorded'}",
             "sessions complete",
-            complete == len(sessions) and complete >= planned,
+            complete == len(sessions) == planned,
             _sessions_in_words(len(sessions), complete, planned),
             "quality",
         ),
@@ -163,11 +173,13 @@ def tiles(results: StudyResults) -> list[Tile]:
             str(trials),
             f"of {expected} planned" if expected else "",
             "trials analysed",
-            broken == 0 and (not expected or trials >= expected),
+            broken == 0 and (not expected or trials == expected),
             f"{broken} broken off"
             if broken
             else f"{missing} not there"
             if missing
+            else f"{trials - expected} more than planned"
+            if expected and trials > expected
             else "none broken off",
             "quality",
         ),
@@ -209,4 +221,6 @@ def tiles(results: StudyResults) -> list[Tile]:
 def _sessions_in_words(count: int, complete: int, planned: int) -> str:
     if complete < count:
         return f"{count - complete} incomplete"
-    return "all complete" if count >= planned else f"{planned - count} not recorded"
+    if count > planned:
+        return f"{count - planned} more than planned"
+    return "all complete" if count == planned else f"{planned - count} not recorded"
