@@ -19,15 +19,12 @@ import time
 from pathlib import Path
 
 from benchmarks.made_up_sessions import machine
+from benchmarks.made_up_studies import write_sessions
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.append(str(ROOT / "tests" / "support"))
 
 TARGET_S = 15.0
 """For twelve half-hour sessions."""
-TIMESTEPS_PER_SECOND = 8
-FLEET_RUNS = 24
-"""Fleet runs of a made-up session: three episodes, three of phase two, two blocks, two alone."""
 
 REPORT = """
 import resource, sys
@@ -48,7 +45,7 @@ def main() -> int:
     counts = [int(part) for part in given.sessions.split(",")]
     with tempfile.TemporaryDirectory() as temporary:
         folder = given.keep or Path(temporary) / "recordings"
-        files = write_sessions(folder, max(counts), given.minutes)
+        files = write_sessions(folder, max(counts), given.minutes, "session")
         size = sum(path.stat().st_size for path in files[: counts[0]]) / 1e6
         print(machine())
         print(f"{counts[0]} sessions of {given.minutes:g} minutes: {size:.0f} MB")
@@ -62,19 +59,6 @@ def main() -> int:
     allowed = TARGET_S * counts[0] / 12 * given.minutes / 30
     print(f"target for {counts[0]}: {allowed:.1f} s")
     return 1 if spent[counts[0]] > allowed else 0
-
-
-def write_sessions(folder: Path, count: int, minutes: float) -> list[Path]:
-    """Write sessions that are not there yet; return all, in order."""
-    from synthetic_study import study_plans, write_session  # noqa: PLC0415 - after the path
-
-    folder.mkdir(parents=True, exist_ok=True)
-    timesteps = round(minutes * 60 * TIMESTEPS_PER_SECOND / FLEET_RUNS)
-    files = []
-    for plan in study_plans(count, timesteps=timesteps, planned=12):
-        path = folder / f"session_{plan.index:02d}.mcap"
-        files.append(path if path.exists() else write_session(folder, plan))
-    return files
 
 
 def measure(files: list[Path], output: Path) -> tuple[float, float]:

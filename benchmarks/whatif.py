@@ -24,18 +24,15 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.made_up_sessions import machine
+from benchmarks.made_up_studies import write_sessions
 from study.commands.whatif import open_sessions
 from study.whatif.named_scorers import Asked, asked_scorers, own_scorer
 from study.whatif.sessions import ChoiceSession
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.append(str(ROOT / "tests" / "support"))
 
 TARGET_S = 10.0
 """For twelve half-hour sessions, regret apart."""
-TIMESTEPS_PER_SECOND = 8
-FLEET_RUNS = 24
-"""Fleet runs of a made-up session: three episodes, three of phase two, two blocks, two alone."""
 SCORERS = ("own", "stuck_longest", "lowest_health")
 
 
@@ -48,7 +45,7 @@ def main() -> int:
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         folder = given.keep or Path(temporary) / "recordings"
-        files = write_sessions(folder, given.sessions, given.minutes)
+        files = write_sessions(folder, given.sessions, given.minutes, "choosing")
         print(machine())
         spent, busy = command(files, Path(temporary) / "tables", 0)
         with_regret, _ = command(files, Path(temporary) / "regret", 50)
@@ -72,20 +69,6 @@ def main() -> int:
     allowed = TARGET_S * given.sessions / 12 * given.minutes / 30
     print(f"target: {allowed:.1f} s")
     return 1 if spent > allowed else 0
-
-
-def write_sessions(folder: Path, count: int, minutes: float) -> list[Path]:
-    """Write sessions that are not there yet; return all, in order."""
-    from choosing_study import write_choosing  # noqa: PLC0415 - after the path
-    from synthetic_study import study_plans  # noqa: PLC0415
-
-    folder.mkdir(parents=True, exist_ok=True)
-    timesteps = round(minutes * 60 * TIMESTEPS_PER_SECOND / FLEET_RUNS)
-    files = []
-    for plan in study_plans(count, timesteps=timesteps, planned=12):
-        path = folder / f"choosing_{plan.index:02d}.mcap"
-        files.append(path if path.exists() else write_choosing(folder, plan))
-    return files
 
 
 def command(files: list[Path], output: Path, regret: int) -> tuple[float, float]:

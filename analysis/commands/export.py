@@ -8,30 +8,21 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from analysis.commands.options import Long
 from analysis.commands.writing import open_recordings
 from analysis.tables.study_tables import StudyTables
+from study.pool_option import PoolProtocols
 
 
 def export(
     recordings: Annotated[list[Path], typer.Argument(help="Recordings, or folders of them.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the export.")],
     *,
-    long: Annotated[
-        bool,
-        typer.Option(
-            "--long", help="Also those with a row for each timestep, or each robot and timestep."
-        ),
-    ] = False,
+    long: Long = False,
     parquet: Annotated[
         bool, typer.Option("--parquet", help="Also every table as Parquet; needs pyarrow.")
     ] = False,
-    pool_protocols: Annotated[
-        bool,
-        typer.Option(
-            "--pool-protocols",
-            help="Pool different protocols, or people and simulated participants.",
-        ),
-    ] = False,
+    pool_protocols: PoolProtocols = False,
 ) -> None:
     """Write a Psych-DS folder, a wide CSV for JASP and jamovi, and Parquet on request."""
     from analysis.export import psych_ds  # noqa: PLC0415 - slow to import

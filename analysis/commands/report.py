@@ -13,6 +13,7 @@ from analysis.data_label import data_label
 from analysis.files import make_folder, write_text
 from analysis.tables.study_tables import StudyTables
 from study.errors import StudyError
+from study.pool_option import PoolProtocols
 from study.trial_files import is_results
 
 
@@ -26,13 +27,7 @@ def report(
         typer.Option(help="Folder that `study whatif` wrote about these recordings."),
     ] = None,
     *,
-    pool_protocols: Annotated[
-        bool,
-        typer.Option(
-            "--pool-protocols",
-            help="Pool different protocols, or people and simulated participants.",
-        ),
-    ] = False,
+    pool_protocols: PoolProtocols = False,
 ) -> None:
     """Write report.html and tables/*.csv; a report already there is made anew.
 

@@ -8,28 +8,19 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from analysis.commands.options import Long
 from analysis.commands.writing import open_recordings, write_tables
 from analysis.data_label import data_label
 from analysis.tables.study_tables import StudyTables
+from study.pool_option import PoolProtocols
 
 
 def tables(
     recordings: Annotated[list[Path], typer.Argument(help="Recordings, or folders of them.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the tables.")],
     *,
-    long: Annotated[
-        bool,
-        typer.Option(
-            "--long", help="Also those with a row for each timestep, or each robot and timestep."
-        ),
-    ] = False,
-    pool_protocols: Annotated[
-        bool,
-        typer.Option(
-            "--pool-protocols",
-            help="Pool different protocols, or people and simulated participants.",
-        ),
-    ] = False,
+    long: Long = False,
+    pool_protocols: PoolProtocols = False,
 ) -> None:
     """Write every table as CSV; tables already there are made anew."""
     console = Console(stderr=True, soft_wrap=True)

@@ -9,6 +9,7 @@ import typer
 from rich.markup import escape
 
 from study.commands.terminal import console, errors
+from study.pool_option import PoolProtocols
 
 if TYPE_CHECKING:
     from study.whatif.running import Findings
@@ -56,13 +57,7 @@ def whatif(
     ] = "trained",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the futures.")] = 0,
     *,
-    pool_protocols: Annotated[
-        bool,
-        typer.Option(
-            "--pool-protocols",
-            help="Pool different protocols, or people and simulated participants.",
-        ),
-    ] = False,
+    pool_protocols: PoolProtocols = False,
 ) -> None:
     """Ask scorers about the choices in recordings, and write tables for `analysis report`.
 

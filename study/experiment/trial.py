@@ -127,7 +127,7 @@ def _world_row(world: World, choices: Arrays) -> Row:
         "seed": str(world.seed),
         "demonstrations": len(world.demonstrations.actions),
         "user_points": float(world.user_points.mean()),
-        "values_r_squared": float(world.robot_values.r_squared),
+        "values_r_squared": float(world.values_r_squared),
         "phi_deviation": float(worth.std()),
         "choices": len(best),
         "choices_best": float((choices["chosen"] == best).mean()),

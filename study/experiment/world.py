@@ -19,7 +19,7 @@ from study.simulated.landmarks import Landmarks
 from study.simulated.rollouts import Rollouts, roll_out
 from study.simulated.trained_user import TrainedUser
 from study.simulated.value_gain import ValueGain
-from study.simulated.values import FittedValues
+from study.simulated.values import FittedValues, agreement
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -58,6 +58,7 @@ class World:
         user_points: float64 [episodes], what the user earned in each demonstrated episode.
         policy: fitted to the demonstrations.
         robot_values: V of that policy.
+        values_r_squared: of that V against held-out rollouts.
         phi: what taking control is worth: V_user - V_robot.
     """
 
@@ -70,8 +71,10 @@ class World:
         self.user = TrainedUser.shipped(protocol.task.name, self.parameters)
         self.demonstrations, self.user_points = self._phase_one()
         self.policy = self.fit_policy(self.demonstrations)
-        self._driven: tuple[Rollouts, Rollouts] | None = None
+        self._driven: Rollouts | None = None
         self.robot_values = self.fit_robot_values(protocol.values)
+        held_out = self._robot_rollouts("held-out values", protocol.values.held_out_starts)
+        self.values_r_squared = agreement(self.robot_values, held_out, self.user.discount)
         self.phi = ValueGain(self.user, self.robot_values)
 
     def fit_policy(self, demonstrations: Demonstrations) -> Policy:
@@ -85,7 +88,7 @@ class World:
         return policy
 
     def fit_robot_values(self, values: ValuesPart) -> FittedValues:
-        """Fit V of the robots' policy by TD(1) and measure it against held-out rollouts.
+        """Fit V of the robots' policy by TD(1).
 
         Called again with other units it uses the same rollouts.
         """
@@ -93,10 +96,7 @@ class World:
         from study.training.value_fit import ValueParameters, fit_values  # noqa: PLC0415
 
         if self._driven is None:
-            self._driven = (
-                self._robot_rollouts("values", values.starts),
-                self._robot_rollouts("held-out values", values.held_out_starts),
-            )
+            self._driven = self._robot_rollouts("values", values.starts)
         parameters = ValueParameters(
             discount=self.user.discount,
             trace=1.0,
@@ -107,7 +107,7 @@ class World:
             learning_rate=values.learning_rate,
         )
         landmarks = Landmarks.of(self.description)
-        return fit_values(*self._driven, landmarks, parameters, self.stream("values fit"))
+        return fit_values(self._driven, landmarks, parameters, self.stream("values fit"))
 
     def fleets(self, name: str, *, fleets: int, robots: int, paired: bool) -> Fleets:
         """Return fleets of this world; see `Fleets`."""

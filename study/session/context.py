@@ -124,11 +124,11 @@ class Context:
     def shared(self) -> dict[int, object]:
         """What a fork of the session takes instead of a deep copy, by identity.
 
-        What never changes itself; of lists that grow, whose rows never change, a new list.
+        What never changes itself; of what is kept of the timesteps a copy that shares its rows.
         """
-        kept = (self.protocol, self.description, self.questionnaires, self.messages)
-        lists = self.knowledge.timesteps.values()
-        return {**{id(part): part for part in kept}, **{id(rows): rows.copy() for rows in lists}}
+        constant = (self.protocol, self.description, self.questionnaires, self.messages)
+        kept = self.knowledge.timesteps.values()
+        return {**{id(part): part for part in constant}, **{id(rows): rows.copy() for rows in kept}}
 
     def say(self, text: str, /, **values: object) -> str:
         """Return a text in the participant's language; see `study.messages.Messages.say`."""

@@ -3,7 +3,7 @@
 TD(lambda) (Sutton, 1988) regresses on lambda-returns: a mixture of what was earned in the
 following timesteps and of the value estimated for where that led. At a discount of 0.99 the
 estimates of others' estimates go wrong without a sign of it: whatever was fitted is therefore
-held against rollouts that it has not seen, and says by its R^2 how well it agrees. Fitting
+held against rollouts that it has not seen: R^2 says how well they agree. Fitting
 needs torch and is done by `study.training.value_fit`; here is all that needs none.
 """
 
@@ -33,15 +33,12 @@ class FittedValues:
         landmarks: what turns states into features.
         mean: of V over the data that it was fitted to, points.
         deviation: of the same, points.
-        r_squared: agreement with held-out Monte-Carlo rollouts; 1 is perfect, 0 no better
-            than their mean, below 0 worse.
     """
 
     network: Perceptron
     landmarks: Landmarks
     mean: float
     deviation: float
-    r_squared: float
 
     def values(self, states: States) -> Floats:
         """Return V of each of n states.
@@ -114,6 +111,8 @@ def r_squared(estimates: Floats, measured: Floats) -> float:
 
 def agreement(values: Valuing, rollouts: Rollouts, discount: float) -> float:
     """Return R^2 of values against what rollouts earned from each state on.
+
+    1 is perfect, 0 no better than the mean of what was earned, below 0 worse.
 
     Args:
         values: V.

@@ -178,12 +178,11 @@ def values_of(
         discount: gamma.
         seed: of starts, noise, actions and fit.
         trace: lambda.
-        robots: rollouts learned from; a quarter as many are held out.
+        robots: rollouts learned from.
     """
     rollouts = spread_rollouts(course, driver, stream_seed(seed, "value_rollouts"), robots)
-    held_out = spread_rollouts(course, driver, stream_seed(seed, "held_out"), robots // 4)
     parameters = ValueParameters(discount=discount, trace=trace)
-    return fit_values(rollouts, held_out, Landmarks.of(course.description), parameters, seed)
+    return fit_values(rollouts, Landmarks.of(course.description), parameters, seed)
 
 
 def measured_values(

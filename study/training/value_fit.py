@@ -14,7 +14,7 @@ from study.perceptron import Perceptron
 from study.seeding import generator, stream_seed
 from study.simulated.landmarks import Landmarks
 from study.simulated.rollouts import Rollouts
-from study.simulated.values import FittedValues, agreement, lambda_returns
+from study.simulated.values import FittedValues, lambda_returns
 
 
 class ValueParameters(BaseModel):
@@ -39,17 +39,16 @@ class ValueParameters(BaseModel):
 
 def fit_values(
     rollouts: Rollouts,
-    held_out: Rollouts,
     landmarks: Landmarks,
     parameters: ValueParameters,
     seed: int,
 ) -> FittedValues:
-    """Fit V of the policy that drove, by TD(lambda), and measure its R^2 on held-out rollouts.
+    """Fit V of the policy that drove, by TD(lambda).
+
+    Whoever fits holds it against other rollouts; see `study.simulated.values`.
 
     Args:
         rollouts: what is learned from; starts should be spread over all states of interest.
-        held_out: other rollouts of the same policy, long enough for their discounted end not
-            to count.
         landmarks: what turns states into features.
         parameters: of the fit.
         seed: of initial weights and minibatches.
@@ -66,10 +65,9 @@ def fit_values(
         mean, deviation = float(returns.mean()), float(returns.std()) or 1.0
         targets = torch.from_numpy((returns - mean) / deviation).float()
         _regress(module, inputs, targets, parameters, random)
-        fitted = FittedValues(_layers(module), landmarks, mean, deviation, math.nan)
+        fitted = FittedValues(_layers(module), landmarks, mean, deviation)
     assert fitted is not None  # noqa: S101 - there is at least one round
-    agreed = agreement(fitted, held_out, parameters.discount)
-    return FittedValues(fitted.network, landmarks, fitted.mean, fitted.deviation, agreed)
+    return fitted
 
 
 def _module(inputs: int, hidden: Sequence[int], seed: int) -> torch.nn.Sequential:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -9,34 +10,27 @@ import pytest
 from scipy import stats
 
 from analysis.figures.interaction import interaction
-from analysis.recordings import load_recordings
 from analysis.report import render_report
-from analysis.results import StudyResults, compute_results
+from analysis.results import StudyResults
 from analysis.sections import by_factor
 from analysis.statistics.cumulative_link import CumulativeLink, cumulative_link_model
 from analysis.statistics.holm import holm
 from analysis.statistics.result import EffectResult, Refusal
 from analysis.statistics.wilcoxon import signed_rank
-from analysis.tables.study_tables import StudyTables
-from synthetic_study import CROSSED, CROSSED_THREE, CUBED, study_plans, write_session
+from study_results import results_of
+from synthetic_study import CROSSED, CROSSED_THREE, CUBED, Plan, study_plans
 
 
-def results_of(
-    folder: Path, conditions: tuple[str, ...], people: int = 6, **more: object
-) -> StudyResults:
-    plans = study_plans(
+def planned(conditions: tuple[str, ...], people: int = 6, **more: object) -> Iterator[Plan]:
+    return study_plans(
         people, trials=1, timesteps=4, conditions=conditions, phase_four=False, **more
     )
-    for plan in plans:
-        write_session(folder, plan)
-    study = load_recordings([folder])
-    return compute_results(study, StudyTables(study))
 
 
 @pytest.fixture(scope="module")
 def crossed(tmp_path_factory: pytest.TempPathFactory) -> StudyResults:
     """Allocation by fleet size, seven participants."""
-    return results_of(tmp_path_factory.mktemp("crossed"), CROSSED, 7)
+    return results_of(tmp_path_factory.mktemp("crossed"), planned(CROSSED, 7))
 
 
 def test_each_rating_is_tested_by_factor(crossed: StudyResults) -> None:
@@ -108,7 +102,7 @@ def test_the_report_shows_ratings_and_scores_by_factor(crossed: StudyResults) ->
 
 def test_one_factor_has_nothing_by_factor(tmp_path: Path) -> None:
     """Two conditions cross nothing, so that the report has no such tables."""
-    results = results_of(tmp_path, ("manual", "assisted"), 3)
+    results = results_of(tmp_path, planned(("manual", "assisted"), 3))
     assert results.rating_effects == ()
     assert results.scale_effects == ()
     assert "By factor" not in render_report(results)
@@ -116,7 +110,7 @@ def test_one_factor_has_nothing_by_factor(tmp_path: Path) -> None:
 
 def test_too_few_people_are_refused_for_every_effect(tmp_path: Path) -> None:
     """Two participants give no test, and the report says so in words."""
-    results = results_of(tmp_path, CROSSED, 2)
+    results = results_of(tmp_path, planned(CROSSED, 2))
     tests = [e.f_test for one in results.rating_effects for e in one.effects]
     assert tests
     assert all(isinstance(test, Refusal) for test in tests)
@@ -126,7 +120,7 @@ def test_too_few_people_are_refused_for_every_effect(tmp_path: Path) -> None:
 
 def test_a_factor_of_three_levels_draws_every_difference(tmp_path: Path) -> None:
     """Both other levels stand beside the reference at each fleet size; the caption says so."""
-    results = results_of(tmp_path, CROSSED_THREE, 4)
+    results = results_of(tmp_path, planned(CROSSED_THREE, 4))
     crossing = results.facts.crossing
     assert crossing is not None
     assert [len(factor.levels) for factor in crossing.factors] == [3, 2]
@@ -142,7 +136,7 @@ def test_a_factor_of_three_levels_draws_every_difference(tmp_path: Path) -> None
 
 def test_three_factors_are_drawn_in_rows(tmp_path: Path) -> None:
     """Each level of the third factor has its own panels; eight conditions have eight colours."""
-    results = results_of(tmp_path, CUBED, 3)
+    results = results_of(tmp_path, planned(CUBED, 3))
     crossing = results.facts.crossing
     assert crossing is not None
     assert len(crossing.factors) == 3

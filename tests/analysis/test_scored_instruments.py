@@ -19,13 +19,14 @@ from analysis.export.wide import wide_table
 from analysis.instruments import instruments
 from analysis.recordings import Session, StudyRecordings, load_recordings
 from analysis.report import render_report
-from analysis.results import StudyResults, compute_results
+from analysis.results import StudyResults
 from analysis.sections import quality, scored
 from analysis.statistics.reliability import Reliability
 from analysis.statistics.result import EffectResult, Refusal
 from analysis.tables import scores
 from analysis.tables.study_tables import StudyTables
 from study.loading import load_questionnaire
+from study_results import results_of
 from synthetic_study import Plan, study_plans, write_session
 
 SHIPPED = ("nasa_tlx", "sus", "trust")
@@ -109,10 +110,7 @@ def test_conditions_are_compared_on_scores(results: StudyResults) -> None:
 
 def test_two_people_have_no_reliability(tmp_path: Path) -> None:
     """Too few answers are refused in words, in the report too."""
-    for plan in study_plans(2, trials=1, timesteps=4):
-        write_session(tmp_path, plan)
-    study = load_recordings([tmp_path])
-    results = compute_results(study, StudyTables(study))
+    results = results_of(tmp_path, study_plans(2, trials=1, timesteps=4))
     (row,) = results.scales
     assert all(isinstance(found, Refusal) for _, found in row.reliability)
     assert isinstance(row.f_test, Refusal)

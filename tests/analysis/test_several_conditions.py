@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -13,16 +14,15 @@ from scipy import stats
 
 from analysis.factorial import factorial
 from analysis.factors import crossed_settings
-from analysis.recordings import load_recordings
 from analysis.report import render_report
-from analysis.results import StudyResults, compute_results
+from analysis.results import StudyResults
 from analysis.sections import effects, summary
 from analysis.statistics.cells import Cells, cell_means
 from analysis.statistics.friedman import friedman
 from analysis.statistics.result import EffectResult, Refusal
 from analysis.statistics.rm_anova import rm_anova
-from analysis.tables.study_tables import StudyTables
-from synthetic_study import CROSSED, THREE, Plan, study_plans, write_session
+from study_results import results_of
+from synthetic_study import CROSSED, THREE, Plan, study_plans
 
 REFERENCE = Path(__file__).parent / "reference"
 
@@ -32,24 +32,20 @@ def condition(allocation: str, robots: int = 12, **more: object) -> dict[str, ob
     return {"name": "_".join(str(value) for value in settings.values()), **settings}
 
 
-def results_of(folder: Path, conditions: tuple[str, ...]) -> StudyResults:
-    plans = study_plans(6, trials=2, timesteps=6, conditions=conditions, phase_four=False)
-    for plan in plans:
-        write_session(folder, plan)
-    study = load_recordings([folder])
-    return compute_results(study, StudyTables(study))
+def six(conditions: tuple[str, ...]) -> Iterator[Plan]:
+    return study_plans(6, trials=2, timesteps=6, conditions=conditions, phase_four=False)
 
 
 @pytest.fixture(scope="module")
 def crossed(tmp_path_factory: pytest.TempPathFactory) -> StudyResults:
     """Allocation by fleet size, six participants."""
-    return results_of(tmp_path_factory.mktemp("crossed"), CROSSED)
+    return results_of(tmp_path_factory.mktemp("crossed"), six(CROSSED))
 
 
 @pytest.fixture(scope="module")
 def three(tmp_path_factory: pytest.TempPathFactory) -> StudyResults:
     """Three allocations, six participants."""
-    return results_of(tmp_path_factory.mktemp("three"), THREE)
+    return results_of(tmp_path_factory.mktemp("three"), six(THREE))
 
 
 def test_settings_that_take_every_combination_are_factors() -> None:
@@ -173,10 +169,8 @@ def test_the_mixed_model_gives_the_same_f_on_balanced_data() -> None:
 
 def test_a_model_without_degrees_of_freedom_is_refused(tmp_path: Path) -> None:
     """Four people with one trial a cell leave the model nothing to test against."""
-    for plan in study_plans(4, trials=1, timesteps=4, conditions=CROSSED, phase_four=False):
-        write_session(tmp_path, plan)
-    study = load_recordings([tmp_path])
-    results = compute_results(study, StudyTables(study))
+    plans = study_plans(4, trials=1, timesteps=4, conditions=CROSSED, phase_four=False)
+    results = results_of(tmp_path, plans)
     assert results.factorial is not None
     outcomes = (*results.sensitivity, *results.factorial.trials)
     refused = [test for test in outcomes if isinstance(test, Refusal)]
@@ -243,9 +237,8 @@ def test_the_report_tests_pairs_of_three_conditions(three: StudyResults) -> None
 
 def test_conditions_that_nobody_ran_are_still_planned(tmp_path: Path) -> None:
     """A session that broke off before any condition does not make the plan one of no trials."""
-    write_session(tmp_path, Plan("P01", 0, trials=3, timesteps=4, planned=2, stop_after=5))
-    study = load_recordings([tmp_path])
-    results = compute_results(study, StudyTables(study))
+    plan = Plan("P01", 0, trials=3, timesteps=4, planned=2, stop_after=5)
+    results = results_of(tmp_path, [plan])
     tiles = {tile.name: tile for tile in summary.tiles(results)}
     assert tiles["trials analysed"].of == "of 12 planned"
     assert not tiles["trials analysed"].good

@@ -7,12 +7,12 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from onlooker import Aim, Onlooker
-from patience import PATIENCE_S
+from patience import PATIENCE_S, until
 from seated_participant import SIZE, SeatedParticipant
 from study.commands.not_taking_part import COUNTS
 from study.enrolment.register import Register
@@ -49,14 +49,6 @@ def seated(folder: Path) -> Iterator[tuple[Hands, subprocess.Popen[bytes]]]:
             study.terminate()
             study.wait(PATIENCE_S)
             hands.close()
-
-
-def until(reached: Callable[[], bool]) -> None:
-    """Wait until something holds."""
-    end = time.monotonic() + PATIENCE_S
-    while not reached():
-        assert time.monotonic() < end
-        time.sleep(0.05)
 
 
 def recordings(folder: Path) -> list[Path]:

@@ -8,7 +8,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ import pytest
 from analysis.recordings import StudyRecordings, load_recordings
 from analysis.tables import notes
 from onlooker import Onlooker
-from patience import PATIENCE_S
+from patience import PATIENCE_S, until
 from protocols import ROOT, variant
 from real_study import real_study
 from study.enrolment.register import Register
@@ -44,13 +45,6 @@ def _own_runtime_folder(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         monkeypatch.setenv("TMPDIR", folder)
         monkeypatch.setenv("PYTHONPATH", str(ROOT))
         yield
-
-
-def until(reached: Callable[[], bool]) -> None:
-    end = time.monotonic() + PATIENCE_S
-    while not reached():
-        assert time.monotonic() < end
-        time.sleep(0.05)
 
 
 def to_the_practice(hands: Hands, onlooker: Onlooker) -> None:
@@ -104,6 +98,20 @@ def wait_running(console: Terminal, hands: Hands, *words: str) -> None:
     console.drawn = b""
 
 
+@contextmanager
+def watched_study(
+    protocol: str, folder: Path, *words: str
+) -> Iterator[tuple[Hands, subprocess.Popen[bytes], Terminal]]:
+    """Run a session in a window and a console beside it, which shows it, and these words."""
+    with (
+        real_study(protocol, folder) as (hands, study),
+        in_terminal(*CONSOLE) as console,
+    ):
+        hands.wait_for_window()
+        wait_running(console, hands, *words)
+        yield hands, study, console
+
+
 def held(onlooker: Onlooker) -> bool:
     screen = onlooker.look()
     return isinstance(screen, PauseScreen) and not screen.can_go_on
@@ -113,13 +121,8 @@ def test_an_experimenter_watches_pauses_and_annotates(tmp_path: Path) -> None:
     """The participant cannot end the pause; a console killed in a trial costs nothing."""
     protocol = str(variant(tmp_path, LONG_PRACTICE))
     folder = tmp_path / "recordings"
-    with (
-        real_study(protocol, folder) as (hands, study),
-        in_terminal(*CONSOLE) as console,
-    ):
+    with watched_study(protocol, folder, "P01", "is on disk") as (hands, study, console):
         onlooker = Onlooker(folder)
-        hands.wait_for_window()
-        wait_running(console, hands, "P01", "is on disk")
         to_the_practice(hands, onlooker)
         console.wait_for("Timestep")
         running(onlooker, hands)
@@ -192,12 +195,7 @@ def check(folder: Path) -> None:
 def test_an_experimenter_ends_a_session(tmp_path: Path) -> None:
     """With the reason, which stands in recording and register; the console says that it is over."""
     folder = tmp_path / "recordings"
-    with (
-        real_study("smoke", folder) as (hands, study),
-        in_terminal(*CONSOLE) as console,
-    ):
-        hands.wait_for_window()
-        wait_running(console, hands, "P01")
+    with watched_study("smoke", folder, "P01") as (_, study, console):
         console.type("e")
         console.wait_for("End the session of P01 now?")
         console.type("fire drill\r")
@@ -216,12 +214,7 @@ def test_an_experimenter_ends_a_session(tmp_path: Path) -> None:
 def test_a_killed_session_is_told_from_one_that_ended(tmp_path: Path) -> None:
     """The console says what became of it; resumed, the session is told with all before it."""
     folder = tmp_path / "recordings"
-    with (
-        real_study("smoke", folder) as (hands, study),
-        in_terminal(*CONSOLE) as console,
-    ):
-        hands.wait_for_window()
-        wait_running(console, hands, "P01")
+    with watched_study("smoke", folder, "P01") as (hands, study, console):
         console.type("n")
         console.wait_for("A note")
         console.type("before the blow\r")

@@ -17,7 +17,7 @@ import pytest
 
 from children import child_of
 from onlooker import Onlooker
-from patience import PATIENCE_S
+from patience import PATIENCE_S, until
 from protocols import ROOT, variant
 from real_study import real_study
 from study.events.events import Deviation, Timestep
@@ -35,13 +35,6 @@ LONG_PRACTICE = ("[practice]\ntimesteps = 10", "[practice]\ntimesteps = 9000")
 STEP_NS = 100_000_000
 MASHED = ("up", "left", "1", "down", "tab", "2", "right", "x", "3", "space", "4", "z")
 """None of them leaves the trial."""
-
-
-def until(reached: Callable[[], bool]) -> None:
-    end = time.monotonic() + PATIENCE_S
-    while not reached():
-        assert time.monotonic() < end
-        time.sleep(0.05)
 
 
 @contextmanager

@@ -6,7 +6,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,7 @@ import pygame
 import pytest
 
 from cut_sessions import seen_session
-from patience import PATIENCE_S
+from patience import PATIENCE_S, until
 from shown_pictures import SIZE, draw_without_window, picture_at
 from study.events.events import Switched, TrialStarted
 from study.loading import load_protocol
@@ -47,7 +47,7 @@ def replay(session: tuple[Path, Seen]) -> Iterator[tuple[Hands, subprocess.Popen
         hands = Hands(display)
         try:
             hands.wait_for_window()
-            wait_until(lambda: hands.caption().startswith("Replay of P01, 0:0"))
+            until(lambda: hands.caption().startswith("Replay of P01, 0:0"))
             yield hands, process
         finally:
             hands.close()
@@ -55,18 +55,10 @@ def replay(session: tuple[Path, Seen]) -> Iterator[tuple[Hands, subprocess.Popen
             process.wait(PATIENCE_S)
 
 
-def wait_until(holds: Callable[[], bool]) -> None:
-    """Wait until something is so."""
-    deadline = time.monotonic() + PATIENCE_S
-    while not holds():
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
-
-
 def wait_for_picture(hands: Hands, seen: Seen, t_ns: int) -> None:
     """Wait until the window shows, pixel for pixel, what was shown at a session time."""
     wanted = picture_at(seen, t_ns)
-    wait_until(lambda: bool((hands.picture() == wanted).all()))
+    until(lambda: bool((hands.picture() == wanted).all()))
 
 
 def times_of(path: Path) -> tuple[list[int], list[int]]:
@@ -90,7 +82,7 @@ def test_keys_play_pause_jump_seek_and_quit(
     takeovers, trials = times_of(path)
 
     # It plays from the beginning, and stands still when it is paused.
-    wait_until(lambda: hands.caption() >= "Replay of P01, 0:02")
+    until(lambda: hands.caption() >= "Replay of P01, 0:02")
     hands.tap("space")
     time.sleep(0.3)
     stands = hands.caption(), hands.picture()
@@ -124,7 +116,7 @@ def test_keys_play_pause_jump_seek_and_quit(
         hands.tap("up")
     hands.tap("space")
     begun = time.monotonic()
-    wait_until(lambda: hands.caption() >= "Replay of P01, 0:20")
+    until(lambda: hands.caption() >= "Replay of P01, 0:20")
     assert time.monotonic() - begun < 15
     hands.tap("q")
     assert process.wait(PATIENCE_S) == 0
@@ -139,7 +131,7 @@ def test_a_click_on_the_timeline_goes_there(
     hands.tap("space")
     participants = hands.picture()
     hands.tap("v")
-    wait_until(lambda: not np.array_equal(hands.picture(), participants))
+    until(lambda: not np.array_equal(hands.picture(), participants))
     marks = read_marks(read_whole_session(path))
     picture = Picture(SIZE, marks, "analyst", messages_for("en"))
     draw_without_window()
@@ -149,7 +141,7 @@ def test_a_click_on_the_timeline_goes_there(
         t_ns = picture.time_at(x, height)
         assert t_ns is not None
         hands.click(x, height)
-        wait_until(lambda t_ns=t_ns: hands.caption() == f"Replay of P01, {clock(t_ns)[:-2]}")  # type: ignore[misc]
+        until(lambda t_ns=t_ns: hands.caption() == f"Replay of P01, {clock(t_ns)[:-2]}")  # type: ignore[misc]
         hands.tap("v")
         wait_for_picture(hands, seen, t_ns)
         hands.tap("v")

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 from onlooker import Aim, Onlooker
-from patience import PATIENCE_S
+from patience import PATIENCE_S, until
 from protocols import variant
 from real_study import real_study
 from study.events.events import Paused, Resumed, Timestep
@@ -17,14 +16,6 @@ from study.screens import FleetScreen, PauseScreen
 from study.verification import verify
 
 WIDE = (1440, 900)
-
-
-def until(reached: Callable[[], bool]) -> None:
-    """Wait until something holds."""
-    end = time.monotonic() + PATIENCE_S
-    while not reached():
-        assert time.monotonic() < end
-        time.sleep(0.05)
 
 
 def timesteps_between(recording: Recording) -> list[int]:

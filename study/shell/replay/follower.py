@@ -18,7 +18,6 @@ from study.session.session import Session
 class Fed:
     """An input that was fed, with what followed."""
 
-    sequence: int
     given: Input
     step: Step
 
@@ -61,7 +60,7 @@ class Follower:
         step = self.session.handle(given)
         self.inputs += 1
         self._expected = [(event.topic, encode(event)) for event in step.events]
-        return Fed(raw.sequence, given, step)
+        return Fed(given, step)
 
     def end(self, *, complete: bool) -> None:
         """Compare the end: a recording that is complete lacks no event."""

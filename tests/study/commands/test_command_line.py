@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.metadata
-import os
 import shutil
 import subprocess
 import sys
@@ -11,27 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from patience import PATIENCE_S
-from protocols import ROOT, variant
+from command_line import study
+from protocols import variant
 from study.commands.composing import session_opened, start_recorder
 from study.commands.enrolling import assign
 from study.loading import load_protocol
 from study.recording.reader import read_recording
-
-
-def study(*arguments: str | Path, folder: Path = ROOT) -> subprocess.CompletedProcess[str]:
-    """Run a command and return what it said; it must not have ended in a traceback."""
-    done = subprocess.run(
-        [sys.executable, "-m", "study.commands.main", *map(str, arguments)],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "SDL_VIDEODRIVER": "dummy"},
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE_S,
-        check=False,
-    )
-    assert "Traceback" not in done.stderr + done.stdout, done.stderr
-    return done
 
 
 @pytest.fixture(scope="module")

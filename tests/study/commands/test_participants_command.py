@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
-from patience import PATIENCE_S
-from protocols import ROOT
+from command_line import study
 from study.commands import main
 from study.enrolment.register import Register
 from study.errors import StudyError
@@ -20,20 +17,9 @@ from study.errors import StudyError
 ORDERS = [("manual", "assisted"), ("assisted", "manual")]
 
 
-def study(*words: str | Path) -> subprocess.CompletedProcess[str]:
-    """Run the command; it must not end in a traceback."""
-    done = subprocess.run(
-        [sys.executable, "-m", "study.commands.main", "participants", *map(str, words)],
-        cwd=ROOT,
-        env={**os.environ, "COLUMNS": "140", "NO_COLOR": "1"},
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE_S,
-        check=False,
-    )
-    assert "Traceback" not in done.stderr + done.stdout, done.stderr
-    return done
+def participants(*words: str | Path) -> subprocess.CompletedProcess[str]:
+    """Run the command."""
+    return study("participants", *words, environment={"COLUMNS": "140", "NO_COLOR": "1"})
 
 
 @pytest.fixture
@@ -49,11 +35,11 @@ def folder(tmp_path: Path) -> Path:
 
 def test_a_folder_and_a_protocol(folder: Path) -> None:
     """A folder shows all; a protocol, also one that is called as a mark, shows its study."""
-    shown = study(folder)
+    shown = participants(folder)
     assert "pilot1" in shown.stdout
     assert "other1" in shown.stdout
     assert "pilot: 1 x manual, assisted" in shown.stdout
-    rows = json.loads(study("pilot", "-o", folder, "--json").stdout)
+    rows = json.loads(participants("pilot", "-o", folder, "--json").stdout)
     assert [(row["pseudonym"], row["state"], row["slot"]) for row in rows] == [
         ("pilot1", "complete", 1)
     ]
@@ -61,10 +47,10 @@ def test_a_folder_and_a_protocol(folder: Path) -> None:
 
 def test_marks_and_history(folder: Path) -> None:
     """Each edit says what it led to, and the history has it with its reason."""
-    assert "excluded" in study("exclude", "pilot1", folder, "--reason", "fell  ill").stdout
-    assert "complete, slot 1" in study("restore", "pilot1", folder).stdout
-    assert "pilot" in study("mark-pilot", "pilot1", folder).stdout
-    history = study("history", "pilot1", folder).stdout
+    assert "excluded" in participants("exclude", "pilot1", folder, "--reason", "fell  ill").stdout
+    assert "complete, slot 1" in participants("restore", "pilot1", folder).stdout
+    assert "pilot" in participants("mark-pilot", "pilot1", folder).stdout
+    history = participants("history", "pilot1", folder).stdout
     assert [line.split("  ", 1)[1] for line in history.splitlines()] == [
         "reserved: slot 1, order manual,assisted",
         "running",
@@ -101,7 +87,7 @@ def test_what_is_refused(folder: Path, words: list[str], message: str) -> None:
 
 def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
     """None is made by looking."""
-    done = study("-o", tmp_path / "none")
+    done = participants("-o", tmp_path / "none")
     assert done.returncode == 2
     assert "no folder" in done.stderr
     assert not (tmp_path / "none").exists()

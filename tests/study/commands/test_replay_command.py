@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import stat
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from command_line import study
 from cut_sessions import seen_session
-from patience import PATIENCE_S
 from protocols import ROOT
 
 
@@ -22,18 +20,8 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def replay(*arguments: str | Path, **environment: str) -> subprocess.CompletedProcess[str]:
-    """Run the command; it must not have ended in a traceback."""
-    done = subprocess.run(
-        [sys.executable, "-m", "study.commands.main", "replay", *map(str, arguments)],
-        cwd=ROOT,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "SDL_VIDEODRIVER": "dummy", **environment},
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE_S,
-        check=False,
-    )
-    assert "Traceback" not in done.stderr + done.stdout, done.stderr
-    return done
+    """Run the command."""
+    return study("replay", *arguments, environment=environment)
 
 
 def test_no_display_is_said(recording: Path) -> None:

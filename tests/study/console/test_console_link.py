@@ -8,11 +8,11 @@ import os
 import random
 import socket
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import pytest
 
-from patience import PATIENCE_S
+from patience import PATIENCE_S, until
 from study.console.link import MOST_CONSOLES, MOST_REFUSALS
 from study.console.places import socket_path
 from study.console.wire import Answer, Ended, Status, parse_said
@@ -66,13 +66,6 @@ class Caller:
             if isinstance(said, Answer):
                 return said
         return None
-
-
-def until(reached: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + PATIENCE_S
-    while not reached():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
 
 
 def test_a_command_in_pieces_is_obeyed_once(session: WatchedSession) -> None:

@@ -1,0 +1,43 @@
+"""The study's commands as they are typed: a program of its own for each."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+from patience import PATIENCE_S
+from protocols import ROOT
+
+
+def study(
+    *arguments: str | Path, folder: Path = ROOT, environment: Mapping[str, str] | None = None
+) -> subprocess.CompletedProcess[str]:
+    """Run a command, without a display, and return what it said.
+
+    It must not have ended in a traceback.
+
+    Args:
+        arguments: the command's.
+        folder: in which it runs.
+        environment: variables to set for it.
+    """
+    done = subprocess.run(
+        [sys.executable, "-m", "study.commands.main", *map(str, arguments)],
+        cwd=folder,
+        env={
+            **os.environ,
+            "PYTHONPATH": str(ROOT),
+            "SDL_VIDEODRIVER": "dummy",
+            **(environment or {}),
+        },
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+        check=False,
+    )
+    assert "Traceback" not in done.stderr + done.stdout, done.stderr
+    return done
