@@ -68,8 +68,9 @@ def draw(
     if item.kind == "scale":
         _draw_ruler(canvas, item, boxes)
     elif item.kind == "choice":
+        size = _option_size(canvas, item.options, boxes)
         for number, (option, box) in enumerate(zip(item.options, boxes, strict=True), start=1):
-            _draw_option(canvas, option, box, number, chosen=item.value == number)
+            _draw_option(canvas, option, box, number, size, chosen=item.value == number)
     else:
         _draw_typed(canvas, item, boxes[0], focused=focused)
         for key, box in zip(NUMBER_KEYS, boxes[1:], strict=False):
@@ -114,20 +115,35 @@ def _draw_ruler(canvas: Canvas, item: SurveyItem, boxes: tuple[pygame.Rect, ...]
             )  # fmt: skip
 
 
+def _option_room(canvas: Canvas, box: pygame.Rect) -> pygame.Rect:
+    """Return where the words of an option go, clear of its number and border."""
+    u = canvas.u
+    return pygame.Rect(box.left + u(38), box.top + u(5), box.width - u(48), box.height - 2 * u(5))
+
+
+def _option_size(canvas: Canvas, options: tuple[str, ...], boxes: tuple[pygame.Rect, ...]) -> int:
+    """Return one size at which all options of a question fit, pixels."""
+    size = canvas.u(20)
+    rooms = [_option_room(canvas, box) for box in boxes]
+    while size > canvas.u(13) and any(
+        canvas.paragraph_height(option, room.width, size) > room.height
+        for option, room in zip(options, rooms, strict=True)
+    ):
+        size -= 1
+    return size
+
+
 def _draw_option(
-    canvas: Canvas, option: str, box: pygame.Rect, number: int, *, chosen: bool
+    canvas: Canvas, option: str, box: pygame.Rect, number: int, size: int, *, chosen: bool
 ) -> None:
     u = canvas.u
     fill = palette.BLUE if chosen else palette.CARD
     colour = palette.CARD if chosen else palette.INK
     canvas.box(box, u(8), fill, palette.BLUE_DARK if chosen else palette.EDGE, u(2))
     canvas.write(str(number), box.left + u(16), box.centery, u(20), weight="bold", colour=colour)
-    room = pygame.Rect(box.left + u(38), box.top, box.width - u(48), box.height)
-    size = u(20)
-    while canvas.paragraph_height(option, room.width, size) > room.height and size > u(13):
-        size -= 1
+    room = _option_room(canvas, box)
     height = canvas.paragraph_height(option, room.width, size)
-    room.top += max(0, (box.height - height) // 2)
+    room.top += max(0, (room.height - height) // 2)
     room.height = max(room.height, height)
     canvas.paragraph(option, room, size, colour=colour)
     if chosen:

@@ -23,6 +23,10 @@ KEY_NAMES = frozenset({"Backspace", "Space", "Esc", "Enter", "Tab"})
 ENTER = noted("Enter")
 PLAIN = frozenset({"…", "–", "to", "or"})
 """Parts of a label that are words between key caps."""
+COLUMN = 1040
+"""Design pixels of width of what is read and answered: text, questions, points."""
+ABOVE = 0.4
+"""Share of the spare height above a title: the middle as the eye sees it, a little high."""
 TALL_WINDOW = 860
 """Design pixels of height above which header and footer may be generous."""
 
@@ -76,7 +80,21 @@ def draw_footer_ground(canvas: Canvas) -> pygame.Rect:
     return place
 
 
-def content_margin(canvas: Canvas, widest: float = 1200) -> int:
+def block_top(canvas: Canvas, height: int) -> int:
+    """Return where a title and what is under it begin, in the middle of the window or above it.
+
+    Args:
+        canvas: to draw on.
+        height: of title and all under it, pixels.
+
+    Returns:
+        the top, pixels; right under the header where there is no room to spare.
+    """
+    spare = footer_rect(canvas).top - header_height(canvas) - height
+    return header_height(canvas) + max(0, round(spare * ABOVE))
+
+
+def content_margin(canvas: Canvas, widest: float = COLUMN) -> int:
     """Return the margin that centres content of at most ``widest`` design pixels."""
     return max(canvas.u(40), (canvas.size[0] - canvas.u(widest)) // 2)
 

@@ -8,8 +8,6 @@ from study.screens import ConsentScreen
 from study.shell.drawing import chrome, marks, page, palette
 from study.shell.drawing.canvas import Canvas
 
-WIDTH = 900
-
 
 def _answers(canvas: Canvas) -> tuple[tuple[str, str], tuple[str, str]]:
     """Return (key, words) of agreeing and of declining."""
@@ -47,15 +45,7 @@ def draw(canvas: Canvas, screen: ConsentScreen) -> None:
     u = canvas.u
     canvas.surface.fill(palette.PAGE)
     chrome.draw_header(canvas, canvas.say("Consent"), canvas.say("Nothing is recorded yet"))
-    margin = chrome.content_margin(canvas, WIDTH)
-    top = chrome.header_height(canvas)
-    canvas.write(screen.title, margin, top + u(44), u(36), weight="bold",
-                 width=canvas.size[0] - 2 * margin)  # fmt: skip
-    top += u(84)
-    area = pygame.Rect(
-        margin, top, canvas.size[0] - 2 * margin, chrome.footer_rect(canvas).top - u(16) - top
-    )
-    page.draw_text_card(canvas, area, screen.paragraphs, whole=False)
+    page.draw_text_page(canvas, screen.title, "", screen.paragraphs)
     footer = chrome.draw_footer_ground(canvas)
     agree, decline, confirm = _places(canvas)
     yes, no = _answers(canvas)

@@ -8,18 +8,28 @@ from study.screens import PageScreen
 from study.shell.drawing import chrome, figures, palette, points
 from study.shell.drawing.canvas import Canvas
 
-TEXT_WIDTH = 900
 BODY = 22
+LARGE_BODY = 26
+WIDE = 1200
+
+
+def _figure(screen: PageScreen) -> str:
+    return screen.figure if screen.scene is not None else ""
+
+
+def _margin(canvas: Canvas, screen: PageScreen) -> int:
+    """Return the margin of a page: illustrations take more width than text."""
+    return chrome.content_margin(canvas, WIDE if _figure(screen) else chrome.COLUMN)
 
 
 def _button(canvas: Canvas, screen: PageScreen) -> pygame.Rect:
-    right = canvas.size[0] - chrome.content_margin(canvas)
+    right = canvas.size[0] - _margin(canvas, screen)
     return chrome.button_rect(canvas, screen.action, right, chrome.footer_rect(canvas).centery)
 
 
-def _back(canvas: Canvas) -> pygame.Rect:
+def _back(canvas: Canvas, screen: PageScreen) -> pygame.Rect:
     footer = chrome.footer_rect(canvas)
-    left = chrome.content_margin(canvas)
+    left = _margin(canvas, screen)
     width = chrome.keys_width(
         canvas, "Backspace", canvas.say("go back"), canvas.u(36), canvas.u(19)
     )
@@ -28,7 +38,7 @@ def _back(canvas: Canvas) -> pygame.Rect:
 
 def targets(canvas: Canvas, screen: PageScreen) -> list[tuple[str, pygame.Rect]]:
     """Return what can be clicked: going back and going on."""
-    back = [("back", _back(canvas))] if screen.can_go_back else []
+    back = [("back", _back(canvas, screen))] if screen.can_go_back else []
     return [*back, ("confirm", _button(canvas, screen))]
 
 
@@ -37,26 +47,56 @@ def draw(canvas: Canvas, screen: PageScreen) -> None:
     canvas.surface.fill(palette.PAGE)
     chrome.draw_header(canvas, screen.header_left, screen.header_right)
     _draw_footer(canvas, screen)
-    figure = screen.figure if screen.scene is not None else ""
-    if not figure and not screen.paragraphs:
-        _draw_announcement(canvas, screen)
+    figure = _figure(screen)
+    if not figure:
+        _draw_words(canvas, screen)
         return
     area = _draw_title(canvas, screen)
     if figure == "map":
         _draw_map_page(canvas, screen, area)
     elif figure == "choose":
         _draw_choose_page(canvas, screen, area)
-    elif figure == "assisted":
-        _draw_assisted_page(canvas, screen, area)
     else:
-        area.width = min(area.width, canvas.u(TEXT_WIDTH))
-        draw_text_card(canvas, area, screen.paragraphs, whole=False)
+        _draw_assisted_page(canvas, screen, area)
+
+
+def _draw_words(canvas: Canvas, screen: PageScreen) -> None:
+    if screen.paragraphs:
+        draw_text_page(canvas, screen.title, screen.subtitle, screen.paragraphs)
+    else:
+        _draw_announcement(canvas, screen)
+
+
+def draw_text_page(canvas: Canvas, title: str, subtitle: str, paragraphs: tuple[str, ...]) -> None:
+    """Draw a title and paragraphs on a card, in the middle of the window.
+
+    Args:
+        canvas: to draw on; header and footer are drawn by the caller.
+        title: of the page.
+        subtitle: sentence under it; may be empty.
+        paragraphs: the text.
+    """
+    u, tall = canvas.u, chrome.is_tall(canvas)
+    margin = chrome.content_margin(canvas)
+    width = canvas.size[0] - 2 * margin
+    head = u(116 if tall else 96) - (0 if subtitle else u(36))
+    bottom = chrome.footer_rect(canvas).top - u(24 if tall else 16)
+    room = bottom - chrome.header_height(canvas) - head
+    size = _text_size(canvas, width, room, paragraphs)
+    height = min(room, _text_height(canvas, width, size, paragraphs))
+    top = chrome.block_top(canvas, head + height + u(24 if tall else 16))
+    canvas.write(title, margin, top + u(44 if tall else 34), u(36), weight="bold", width=width)
+    if subtitle:
+        canvas.write(subtitle, margin, top + u(83 if tall else 70), u(21),
+                     colour=palette.SECONDARY, width=width)  # fmt: skip
+    card = pygame.Rect(margin, top + head, width, height)
+    _fill_card(canvas, card, paragraphs, size)
 
 
 def _draw_footer(canvas: Canvas, screen: PageScreen) -> None:
     u = canvas.u
     footer = chrome.draw_footer_ground(canvas)
-    button, back = _button(canvas, screen), _back(canvas)
+    button, back = _button(canvas, screen), _back(canvas, screen)
     left = back.right if screen.can_go_back else back.left
     if screen.can_go_back:
         chrome.draw_keys(
@@ -75,7 +115,7 @@ def _draw_footer(canvas: Canvas, screen: PageScreen) -> None:
 def _draw_title(canvas: Canvas, screen: PageScreen) -> pygame.Rect:
     """Draw title and subtitle; return the area left over."""
     u, tall = canvas.u, chrome.is_tall(canvas)
-    margin = chrome.content_margin(canvas)
+    margin = chrome.content_margin(canvas, WIDE)
     width = canvas.size[0] - 2 * margin
     top = chrome.header_height(canvas)
     canvas.write(screen.title, margin, top + u(44 if tall else 34), u(36), weight="bold",
@@ -97,6 +137,27 @@ def _draw_announcement(canvas: Canvas, screen: PageScreen) -> None:
                  colour=palette.SECONDARY, align="centre", width=width)  # fmt: skip
 
 
+def _padding(canvas: Canvas, width: int) -> int:
+    return canvas.u(36 if width > canvas.u(560) else 26)
+
+
+def _text_height(canvas: Canvas, width: int, size: int, paragraphs: tuple[str, ...]) -> int:
+    """Return the height of a card of a width that holds paragraphs, pixels."""
+    pad = _padding(canvas, width)
+    texts = sum(canvas.paragraph_height(text, width - 2 * pad, size) for text in paragraphs)
+    return texts + canvas.u(18) * max(0, len(paragraphs) - 1) + 2 * pad
+
+
+def _text_size(
+    canvas: Canvas, width: int, height: int, paragraphs: tuple[str, ...], largest: int = LARGE_BODY
+) -> int:
+    """Return the largest text that fits a card, pixels."""
+    size = canvas.u(largest)
+    while _text_height(canvas, width, size, paragraphs) > height and size > canvas.u(17):
+        size -= 1
+    return size
+
+
 def draw_text_card(
     canvas: Canvas, place: pygame.Rect, paragraphs: tuple[str, ...], *, whole: bool = True
 ) -> None:
@@ -108,24 +169,20 @@ def draw_text_card(
         paragraphs: the text.
         whole: whether the card fills the place, or only what the text needs.
     """
-    u = canvas.u
-    pad = u(36 if place.width > u(560) else 26)
-    width = place.width - 2 * pad
-    size, gap = u(BODY), u(18)
-
-    def needed(pixels: int) -> int:
-        texts = sum(canvas.paragraph_height(text, width, pixels) for text in paragraphs)
-        return texts + gap * max(0, len(paragraphs) - 1)
-
-    while needed(size) + 2 * pad > place.height and size > u(17):
-        size -= 1
+    size = _text_size(canvas, place.width, place.height, paragraphs, BODY)
     if not whole:
-        place = pygame.Rect(place.topleft, (place.width, min(place.height, needed(size) + 2 * pad)))
+        height = min(place.height, _text_height(canvas, place.width, size, paragraphs))
+        place = pygame.Rect(place.topleft, (place.width, height))
+    _fill_card(canvas, place, paragraphs, size)
+
+
+def _fill_card(canvas: Canvas, place: pygame.Rect, paragraphs: tuple[str, ...], size: int) -> None:
+    pad = _padding(canvas, place.width)
     draw_card(canvas, place)
     y = place.top + pad
     for text in paragraphs:
-        room = pygame.Rect(place.left + pad, y, width, place.bottom - pad // 2 - y)
-        y += canvas.paragraph(text, room, size) + gap
+        room = pygame.Rect(place.left + pad, y, place.width - 2 * pad, place.bottom - pad // 2 - y)
+        y += canvas.paragraph(text, room, size) + canvas.u(18)
 
 
 def draw_card(canvas: Canvas, place: pygame.Rect) -> None:

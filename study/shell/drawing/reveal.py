@@ -11,7 +11,6 @@ from study.screens import RevealScreen
 from study.shell.drawing import chrome, palette
 from study.shell.drawing.canvas import Canvas
 
-CONTENT_WIDTH = 1040
 ACTION = noted("to continue")
 CHANCE = noted("Starting places differ between trials, so some ups and downs are chance.")
 FEWEST_WHOLE = 10
@@ -26,16 +25,16 @@ def number_text(value: float, decimals: int = 0) -> str:
 
 
 def axis_ticks(low: float, high: float, most: int = 4) -> list[float]:
-    """Return round numbers from ``low`` to ``high``, zero among them, at most ``most`` or so."""
+    """Return round numbers that enclose ``low`` to ``high``, zero among them, ``most`` or so."""
     span = max(high - low, 1e-9)
     power = 10.0 ** math.floor(math.log10(span / most))
     step = next(f * power for f in (1, 2, 2.5, 5, 10) if f * power >= span / most)
-    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    first, last = math.floor(low / step + 1e-9), math.ceil(high / step - 1e-9)
     return [number * step for number in range(first, last + 1)]
 
 
 def _button(canvas: Canvas) -> pygame.Rect:
-    right = canvas.size[0] - chrome.content_margin(canvas, CONTENT_WIDTH)
+    right = canvas.size[0] - chrome.content_margin(canvas)
     return chrome.button_rect(canvas, canvas.say(ACTION), right, chrome.footer_rect(canvas).centery)
 
 
@@ -49,7 +48,7 @@ def draw(canvas: Canvas, screen: RevealScreen) -> None:
     u, tall = canvas.u, chrome.is_tall(canvas)
     canvas.surface.fill(palette.PAGE)
     chrome.draw_header(canvas, screen.header_left, screen.header_right)
-    margin = chrome.content_margin(canvas, CONTENT_WIDTH)
+    margin = chrome.content_margin(canvas)
     footer = chrome.draw_footer_ground(canvas)
     top = chrome.header_height(canvas) + u(40 if tall else 20)
     bottom = footer.top - u(32 if tall else 20)
@@ -88,13 +87,19 @@ def _draw_footer(canvas: Canvas, screen: RevealScreen, margin: int, footer: pyga
     u = canvas.u
     button = _button(canvas)
     width = button.left - margin - u(24)
-    chance_y = footer.centery - (u(15) if screen.next_hint else 0)
-    if len(screen.trial_rewards) > 1:
+    several = len(screen.trial_rewards) > 1
+    apart = u(15) if several and screen.next_hint else 0
+    if several:
         canvas.write(
-            canvas.say(CHANCE), margin, chance_y, u(19), colour=palette.SECONDARY, width=width
+            canvas.say(CHANCE),
+            margin,
+            footer.centery - apart,
+            u(19),
+            colour=palette.SECONDARY,
+            width=width,
         )
     if screen.next_hint:
-        canvas.write(screen.next_hint, margin, footer.centery + u(15), u(19), weight="semibold",
+        canvas.write(screen.next_hint, margin, footer.centery + apart, u(19), weight="semibold",
                      width=width)  # fmt: skip
     chrome.draw_button(canvas, button, canvas.say(ACTION))
 
@@ -102,14 +107,13 @@ def _draw_footer(canvas: Canvas, screen: RevealScreen, margin: int, footer: pyga
 def _draw_plot(canvas: Canvas, screen: RevealScreen, plot: pygame.Rect) -> None:
     u = canvas.u
     rewards = screen.trial_rewards
-    low = min(0.0, screen.scale_low, *rewards)
-    high = max(0.0, screen.scale_high, *rewards)
+    ticks = axis_ticks(min(0.0, screen.scale_low, *rewards), max(0.0, screen.scale_high, *rewards))
+    low, high = ticks[0], ticks[-1]
     span = max(high - low, 1e-9)
 
     def height_of(value: float) -> int:
         return round(plot.bottom - (value - low) / span * plot.height)
 
-    ticks = axis_ticks(low, high)
     step = ticks[1] - ticks[0] if len(ticks) > 1 else 1.0
     for value in ticks:
         y = height_of(value)

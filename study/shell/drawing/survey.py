@@ -12,7 +12,6 @@ from study.screens import SurveyItem, SurveyScreen
 from study.shell.drawing import answers, chrome, marks, palette
 from study.shell.drawing.canvas import Canvas
 
-CONTENT_WIDTH = 1040
 CARD_HEIGHT = 280
 SMALLEST_CARD = 160
 """Design pixels of height under which the lines of a question touch one another."""
@@ -42,15 +41,29 @@ def _title_height(canvas: Canvas) -> int:
     return canvas.u(136 if chrome.is_tall(canvas) else 108)
 
 
+def _gap(canvas: Canvas) -> int:
+    return canvas.u(24 if chrome.is_tall(canvas) else 16)
+
+
+def _card_height(canvas: Canvas, screen: SurveyScreen) -> int:
+    """Return the height of each question's card, pixels: smaller where there are many."""
+    top = chrome.header_height(canvas) + _title_height(canvas)
+    room = chrome.footer_rect(canvas).top - canvas.u(20) - top
+    count = max(1, len(screen.items))
+    return min(canvas.u(CARD_HEIGHT), (room - _gap(canvas) * (count - 1)) // count)
+
+
+def _block_top(canvas: Canvas, screen: SurveyScreen) -> int:
+    count = len(screen.items)
+    cards = count * _card_height(canvas, screen) + max(0, count - 1) * _gap(canvas)
+    return chrome.block_top(canvas, _title_height(canvas) + cards + canvas.u(20))
+
+
 def card_places(canvas: Canvas, screen: SurveyScreen) -> list[CardPlace]:
     """Return the places of the questions, one below the other."""
-    u = canvas.u
-    margin = chrome.content_margin(canvas, CONTENT_WIDTH)
-    top = chrome.header_height(canvas) + _title_height(canvas)
-    bottom = chrome.footer_rect(canvas).top - u(20)
-    count = len(screen.items)
-    gap = u(24 if chrome.is_tall(canvas) else 16)
-    height = min(u(CARD_HEIGHT), (bottom - top - gap * (count - 1)) // max(1, count))
+    margin = chrome.content_margin(canvas)
+    top = _block_top(canvas, screen) + _title_height(canvas)
+    height, gap = _card_height(canvas, screen), _gap(canvas)
     places = []
     for number, item in enumerate(screen.items):
         card = pygame.Rect(
@@ -64,7 +77,11 @@ def _card_place(canvas: Canvas, item: SurveyItem, card: pygame.Rect) -> CardPlac
     u = canvas.u
     share = card.height / u(CARD_HEIGHT)
     count = len(answers.values(item))
-    row = pygame.Rect(card.left + u(30), 0, card.width - 2 * u(30), round(u(82) * share))
+    row = pygame.Rect(card.left + u(30), 0, card.width - 2 * u(30), 0)
+    # Without words under the answers these take the room of them.
+    row.height, status = round(u(82) * share), round(u(250) * share)
+    if not item.labels:
+        row.height, status = round(u(100) * share), round(u(234) * share)
     row.top = card.top + round(u(94) * share)
     pitch = row.width / count
     width = answers.box_width(item, pitch, u(98))
@@ -80,12 +97,12 @@ def _card_place(canvas: Canvas, item: SurveyItem, card: pygame.Rect) -> CardPlac
         ),
         boxes=answers.number_boxes(canvas, row) if item.kind == "number" else boxes,
         labels=card.top + round(u(208) * share),
-        status=card.top + round(u(250) * share),
+        status=card.top + status,
     )  # fmt: skip
 
 
 def _button(canvas: Canvas) -> pygame.Rect:
-    right = canvas.size[0] - chrome.content_margin(canvas, CONTENT_WIDTH)
+    right = canvas.size[0] - chrome.content_margin(canvas)
     return chrome.button_rect(canvas, canvas.say(ACTION), right, chrome.footer_rect(canvas).centery)
 
 
@@ -110,10 +127,10 @@ def draw(canvas: Canvas, screen: SurveyScreen) -> None:
     u = canvas.u
     canvas.surface.fill(palette.PAGE)
     chrome.draw_header(canvas, screen.header_left, screen.header_right)
-    margin = chrome.content_margin(canvas, CONTENT_WIDTH)
+    margin = chrome.content_margin(canvas)
     width = canvas.size[0] - 2 * margin
     tall = chrome.is_tall(canvas)
-    top = chrome.header_height(canvas)
+    top = _block_top(canvas, screen)
     canvas.write(screen.title, margin, top + u(60 if tall else 46), u(36), weight="bold",
                  width=width)  # fmt: skip
     canvas.write(screen.prompt, margin, top + u(101 if tall else 82), u(22),
