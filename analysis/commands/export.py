@@ -34,8 +34,8 @@ def export(
         results = compute_results(study, StudyTables(study))
         written = psych_ds.export(results, output, long=long, parquet=parquet)
     console.print(
-        f"Wrote {len(written.files)} files to {output}; {len(written.counts)} tables agree with "
-        "the recordings' own counts.",
+        f"Wrote {len(written.files)} files to {output}. The rows of all {len(written.counts)} "
+        "tables that recordings have counts for agree with them.",
         markup=False,
         highlight=False,
     )

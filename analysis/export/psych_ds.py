@@ -76,7 +76,7 @@ def export(results: StudyResults, folder: Path, *, long: bool, parquet: bool) ->
     wide = wide_table(results)
     described["wide"] = (wide.text, wide.columns)
     make_folder(folder / "jasp_jamovi")
-    write_text(folder / "jasp_jamovi" / "wide.csv", wide.to_csv(None))
+    write_text(folder / "jasp_jamovi" / "wide.csv", wide.to_csv(None, points=False))
     files.append("jasp_jamovi/wide.csv")
     counts = reconcile(results.study, rows)
     wrong = [count for count in counts if not count.agrees]

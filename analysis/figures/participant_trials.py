@@ -40,8 +40,8 @@ def participant_trials(
     run += [level for level in levels if level not in run]
     run = [level for level in run if (trials["condition"] == level).any()]
     longest = [int(trials.loc[trials["condition"] == level, "trial"].max()) for level in run]
-    step = (WIDTH - LEFT - 40) / max(sum(longest) - 1 + (len(run) - 1), 1)
-    start = LEFT + 20
+    step = (WIDTH - LEFT) / max(sum(longest) + len(run) - 1, 1)
+    start = LEFT + step / 2
     for level, count in zip(run, longest, strict=True):
         place = levels.index(level)
         own = trials[trials["condition"] == level].sort_values("trial")

@@ -29,7 +29,7 @@ class Accuracy:
         choices: on how many it was fitted; None if not recorded.
         chance: what guessing would reach; None if not known.
         over_trials: interval that takes a held-out trial for one observation; None with fewer
-            than two, or where trials were not recorded.
+            than three, or where trials were not recorded.
     """
 
     participant: str
@@ -83,7 +83,9 @@ def accuracy_dots(name: str, rows: Sequence[Accuracy]) -> Drawing:
     drawing.text(
         ((LEFT + RIGHT) / 2, bottom + 35), "Held-out choices named", "f-quiet", "middle", 11.5
     )
-    for place in sorted({row.chance for row in rows if row.chance is not None}):
+    # Where robots were lost chance differs a little from participant to participant.
+    chances = sorted({round(row.chance, 2) for row in rows if row.chance is not None})
+    for place in chances:
         drawing.line((scale(place), 26), (scale(place), bottom), "s-quiet dashed")
         drawing.text((scale(place) + 4, 20), f"chance {fraction(place)}", "f-quiet", size=11)
     for place, row in enumerate(rows):

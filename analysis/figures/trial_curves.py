@@ -83,7 +83,7 @@ def _panel(
 ) -> None:
     levels = [name for name, _ in names]
     total = sum(longest.get(level, 1) for level in order)
-    step = (span - LEFT - 36) / max(total - 1, 1)
+    step = (span - LEFT) / max(total, 1)
     done = 0
     for condition in order:
         if condition not in levels:
@@ -92,7 +92,7 @@ def _panel(
         label = names[place][1]
         chosen = trials[trials["condition"] == condition]
         count = longest.get(condition, 1)
-        x0 = LEFT + 18 + done * step
+        x0 = LEFT + (done + 0.5) * step
 
         def x(trial: float, start: float = x0) -> float:
             return start + (trial - 1) * step
@@ -100,6 +100,9 @@ def _panel(
         for _, own in chosen.groupby("participant", observed=True):
             pairs = sorted(zip(own["trial"], own["team_reward"], strict=True))
             drawing.polyline([(x(t), scale(r)) for t, r in pairs], f"s-{tone(place)} faint")
+            if len(pairs) == 1:
+                trial, reward = pairs[0]
+                drawing.circle((x(trial), scale(reward)), 2.4, f"none s-{tone(place)} faint")
         means: list[tuple[float, float]] = []
         band: list[tuple[float, float, float]] = []
         for trial in range(1, count + 1):

@@ -10,6 +10,9 @@ from scipy.stats import t
 
 from analysis.statistics.result import Interval
 
+FEWEST_TRIALS = 3
+"""Trials under which there is no interval: t with one degree of freedom reaches 12.7 errors."""
+
 
 def mean_over_trials(
     means: npt.NDArray[np.float64], choices: npt.NDArray[np.float64], level: float = 0.95
@@ -25,11 +28,11 @@ def mean_over_trials(
         level: of the interval.
 
     Returns:
-        The mean, and the interval; None with fewer than two trials.
+        The mean, and the interval; None with fewer than three trials.
     """
     total, count = float(choices.sum()), len(choices)
     mean = float((means * choices).sum()) / total
-    if count < 2:
+    if count < FEWEST_TRIALS:
         return mean, None
     deviations = choices * (means - mean)
     error = math.sqrt(count / (count - 1) * float((deviations**2).sum())) / total

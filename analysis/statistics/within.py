@@ -77,7 +77,8 @@ def sphericity(scores: Floats, cells: int) -> Sphericity:
     z, f = -free * rho * log_w, d * (d + 1) / 2 - 1
     p = float(stats.chi2.sf(z, f))
     p = min(1.0, max(0.0, p + w2 * (float(stats.chi2.sf(z, f + 4)) - p)))
-    check = Check("Mauchly's test of sphericity", "W", float(np.exp(log_w)), p, f)
+    note = "Degrees of freedom are corrected whatever it says; a small p says that it matters."
+    check = Check("Mauchly's test of sphericity", "W", float(np.exp(log_w)), p, f, note)
     return Sphericity(gg, hf, check)
 
 

@@ -102,16 +102,18 @@ class Table:
     def __len__(self) -> int:
         return len(self.frame)
 
-    def to_csv(self, data: str | None, *, header: bool = True) -> str:
+    def to_csv(self, data: str | None, *, header: bool = True, points: bool = True) -> str:
         """Return the table as CSV.
 
         Args:
             data: who produced the data: the value of the last column; None for no such column.
             header: whether the first line names the columns.
+            points: whether a whole value in a column of numbers is written "2.0", not "2".
         """
         buffer = io.StringIO()
         frame = self._safe_frame(data)
-        frame.to_csv(buffer, index=False, header=header, lineterminator="\n")
+        written = None if points else _without_point
+        frame.to_csv(buffer, index=False, header=header, lineterminator="\n", float_format=written)
         return buffer.getvalue()
 
     def _safe_frame(self, data: str | None) -> pd.DataFrame:
@@ -126,6 +128,11 @@ class Table:
         if data is not None:
             frame[DATA_COLUMN.name] = data
         return frame
+
+
+def _without_point(value: float) -> str:
+    """Write a number in full, a whole one without a point."""
+    return repr(float(value)).removesuffix(".0")
 
 
 def _checked(table: str, column: Column, values: object) -> pd.Series[Any]:
