@@ -98,6 +98,7 @@ def load_protocol(given: str) -> LoadedProtocol:
             problems.append(f"questionnaires.{index}.name: {error.message}; {error.hint}")
     if description is not None:
         _check_policy_learns(protocol, problems)
+        _check_gates(protocol, problems)
     if problems or description is None:
         raise ProtocolError(str(path), problems)
     return LoadedProtocol(
@@ -193,3 +194,15 @@ def _check_policy_learns(protocol: Protocol, problems: list[str]) -> None:
             f'policy.name: "{protocol.policy.name}" learns nothing from demonstrations; '
             'use one that does, such as "nearest_neighbor"'
         )
+
+
+def _check_gates(protocol: Protocol, problems: list[str]) -> None:
+    """Refuse a gate at a scorer that is not fitted to choices: it would never pass."""
+    for key, scorer in protocol.scorers.items():
+        module = load_member("study.scorers", "scorer", scorer.name)
+        if scorer.gate is not None and getattr(module, "IS_CONTROL", False):
+            problems.append(
+                f'scorers.{key}.gate: given for "{scorer.name}", which learns nothing from '
+                "choices, so that nothing can be measured; put the gate at a scorer that does, "
+                'such as "luce"'
+            )

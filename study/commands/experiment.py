@@ -19,6 +19,9 @@ from rich.progress import (
 from study.commands.terminal import console
 from study.errors import StudyError
 
+LINES = 20
+"""How many lines of progress are written to what is no terminal."""
+
 
 def experiment(
     protocol: Annotated[str, typer.Argument(help="Experiment's file, or name of a shipped one.")],
@@ -67,8 +70,11 @@ def experiment(
     with Progress(*columns, *times, console=console) as progress:
         task = progress.add_task("Trials", total=count, completed=there)
         finished = run_trials(loaded, seeds, missing, folder, jobs=jobs, scheduler=scheduler)
-        for _ in finished:
+        for number, _ in enumerate(finished, start=there + 1):
             progress.advance(task)
+            # A bar in a file is drawn once, at the end: whoever reads it needs lines.
+            if not console.is_terminal and number * LINES // count != (number - 1) * LINES // count:
+                console.print(f"{number} of {count} trials")
     kept = f" ({there} were there)" if there else ""
     worlds = seeds.replace("_", "-")
     console.print(f"{count} trials{kept}, {worlds} worlds, results in {escape(str(folder))}")

@@ -100,3 +100,12 @@ def test_wrong_questionnaire_names_its_own_file(
         load_protocol(str(variant(tmp_path)))
     assert str(mine) in str(caught.value)
     assert words in str(caught.value)
+
+
+def test_a_gate_at_a_scorer_that_learns_nothing_is_refused(tmp_path: Path) -> None:
+    """A control measures nothing, so that its gate would fail for every participant."""
+    gated = '[scorers.control]\nname = "random"\n\n[scorers.control.gate]\n\n[practice]'
+    path = variant(tmp_path, ("[practice]", gated), base="scaled_autonomy")
+    with pytest.raises(ProtocolError) as caught:
+        load_protocol(str(path))
+    assert 'scorers.control.gate: given for "random", which learns nothing' in str(caught.value)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from statsmodels.discrete.conditional_models import ConditionalLogit
 
 from study.errors import StudyError
 from study.features import encode, standardisation
-from study.scorers import luce
+from study.scorers import classifier, luce
 from study.scorers._choices import log_probabilities
 from study.tasks import navigation
 
@@ -179,3 +180,26 @@ def test_what_cannot_be_fitted_is_said_in_words(change: dict[str, int], reason: 
         arrays["chosen"][5] = change["chosen"]
     with pytest.raises(StudyError, match=reason):
         luce.fit(arrays, DESCRIPTION, {}, 0)
+
+
+@pytest.mark.parametrize("module", [luce, classifier])
+def test_a_warm_start_is_as_good_as_a_fit_from_the_beginning(module: ModuleType) -> None:
+    """Going on from the first seven trials predicts unseen choices as well as a whole fit."""
+    everything = _choices(4000, 4, 11)
+    known = {name: values[:2000] for name, values in everything.items()}
+    earlier = {name: values[:1750] for name, values in everything.items()}
+    prepared = module.fit(earlier, DESCRIPTION, {}, 3).preparation
+    cold = module.fit(known, DESCRIPTION, {}, 3)
+    warm = module.fit(known, DESCRIPTION, {}, 3, prepared)
+    assert (cold.metrics["warm"], warm.metrics["warm"]) == (0.0, 1.0)
+
+    def unseen(weights: bytes) -> float:
+        states, available = everything["states"][2000:], everything["available"][2000:]
+        scorer = module.load(weights, DESCRIPTION)
+        scores = scorer.scores(states.reshape(-1, 4)).reshape(available.shape)
+        logs = log_probabilities(scores, available)
+        return float(logs[np.arange(2000), everything["chosen"][2000:]].mean())
+
+    by_chance = -np.log(everything["available"][2000:].sum(axis=1)).mean()
+    assert unseen(cold.weights) > by_chance + 0.1
+    assert unseen(warm.weights) > unseen(cold.weights) - 0.02
