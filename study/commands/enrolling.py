@@ -71,13 +71,16 @@ def assign(
     )
 
 
-def foreseen(loaded: LoadedProtocol, participant: str, folder: Path) -> tuple[tuple[str, ...], int]:
+def foreseen(
+    loaded: LoadedProtocol, participant: str, folder: Path, *, pilot: bool = False
+) -> tuple[tuple[str, ...], int]:
     """Return order and seed that a person's session has, or would have if it began now.
 
     Args:
         loaded: the protocol.
         participant: pseudonymous id.
         folder: where this study's recordings and the register are.
+        pilot: whether somebody whom the register does not know would take part as a pilot.
 
     Raises:
         StudyError: the id cannot be used, the participant withdrew, or the register cannot be used.
@@ -90,6 +93,7 @@ def foreseen(loaded: LoadedProtocol, participant: str, folder: Path) -> tuple[tu
             loaded.protocol.study.name,
             possible_orders(conditions, loaded.protocol.phase_three.order),
             participant,
+            pilot=pilot,
         )
     return order, _seed_of(loaded, participant)
 

@@ -39,6 +39,9 @@ def preflight(
     order: Annotated[
         str, typer.Option(help="Conditions in the order rehearsed; default: the participant's.")
     ] = "",
+    pilot: Annotated[  # noqa: FBT002
+        bool, typer.Option("--pilot", help="A new participant would be a pilot.")
+    ] = False,
     output: Annotated[
         Path, typer.Option("--output", "-o", help="Folder of the recordings.")
     ] = Path("recordings"),
@@ -66,7 +69,7 @@ def preflight(
     require_pygame_ce()
     loaded = load_protocol(protocol)
     seat = Seat(parse_size(size), fullscreen=fullscreen, ui_scale=check_ui_scale(ui_scale))
-    assignment = _rehearsed(loaded, participant, order, output)
+    assignment = _rehearsed(loaded, participant, order, output, pilot=pilot)
     found = _look(loaded, assignment, output, seat, with_keys=keys)
     found = found.model_copy(update={"participant": participant})
     try:
@@ -83,7 +86,9 @@ def preflight(
         raise typer.Exit(3)
 
 
-def _rehearsed(loaded: LoadedProtocol, participant: str, order: str, folder: Path) -> Assignment:
+def _rehearsed(
+    loaded: LoadedProtocol, participant: str, order: str, folder: Path, *, pilot: bool
+) -> Assignment:
     """Return the order and seed to rehearse: a participant's own, if one is named.
 
     Raises:
@@ -95,7 +100,7 @@ def _rehearsed(loaded: LoadedProtocol, participant: str, order: str, folder: Pat
 
     (assignment,) = simulated_assignments(loaded, 1, seed=1)
     if participant:
-        own, seed = foreseen(loaded, participant, folder)
+        own, seed = foreseen(loaded, participant, folder, pilot=pilot)
         assignment = dataclasses.replace(assignment, order=own, seed=seed)
     if chosen := parse_order(order, assignment.order):
         assignment = dataclasses.replace(assignment, order=chosen)

@@ -89,6 +89,11 @@ class WatchScreen(Screen[None]):
                 yield panel
         yield Footer(show_command_palette=False)
 
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Offer what asks something of the session only while there is one."""
+        asks = action in ("pause", "resume", "annotate", "end")
+        return not (asks and self.farewell) and super().check_action(action, parameters)
+
     def on_mount(self) -> None:
         """Begin to follow."""
         self.run_worker(self._follow(), exclusive=True)
@@ -134,6 +139,8 @@ class WatchScreen(Screen[None]):
 
     def show(self) -> None:
         """Bring what is seen up to date."""
+        if self.farewell:
+            self.refresh_bindings()
         # A last word may come while the screen is being taken away.
         if not all(self.query(f"#{name}") for name in ("headline", *PANELS)):
             return

@@ -72,7 +72,8 @@ def now(status: Status) -> Text:
     text.append(f"Stage {place.number} of {place.stages}", "bold")
     text.append(f"  {_bar(place.number, place.stages)}\n")
     phase = PHASES[place.phase] if 0 <= place.phase < len(PHASES) else f"phase {place.phase}"
-    text.append(f"{place.kind}: {place.name.replace('_', ' ')}\n")
+    name = place.name.replace("_", " ")
+    text.append(f"{place.kind}\n" if name == place.kind else f"{place.kind}: {name}\n")
     text.append(phase.capitalize())
     if place.block:
         text.append(f", block {place.block}")
@@ -149,6 +150,8 @@ def fits(status: Status) -> Text:
             text.append(f"  {'; '.join(measured)}\n")
         if fit.reason:
             text.append(f"  {fit.reason}\n", QUIET)
+    # A line too many would be scrolled to.
+    text.rstrip()
     return text
 
 
@@ -162,7 +165,10 @@ def remarks(listed: tuple[Remark, ...], left_out: int) -> Text:
         if remark.code:
             text.append(f"{remark.code.replace('_', ' ')}: ", CAREFUL)
         text.append(f"{remark.text}\n")
-    return text.append(f"and {left_out} before", QUIET) if left_out else text
+    if left_out:
+        return text.append(f"and {left_out} before", QUIET)
+    text.rstrip()
+    return text
 
 
 def _bar(done: int, of: int, width: int = 16) -> Text:

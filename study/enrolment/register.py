@@ -95,7 +95,12 @@ class Register(Ledger):
             return self.must_know(study, pseudonym)
 
     def expected_order(
-        self, study: str, orders: Sequence[tuple[str, ...]], pseudonym: str = ""
+        self,
+        study: str,
+        orders: Sequence[tuple[str, ...]],
+        pseudonym: str = "",
+        *,
+        pilot: bool = False,
     ) -> tuple[str, ...]:
         """Return the order that a participant has, or would be given now; nothing is reserved.
 
@@ -103,6 +108,7 @@ class Register(Ledger):
             study: its name.
             orders: those of the design, in the sequence in which they are given out.
             pseudonym: whose; somebody whom the register does not know gets the next one.
+            pilot: whether somebody whom it does not know would take part as a pilot.
 
         Raises:
             StudyError: that participant withdrew.
@@ -114,7 +120,7 @@ class Register(Ledger):
             known = self.known(study, pseudonym) if pseudonym else None
             if known is not None and known.order:
                 return known.order
-            return self._next_order(study, orders, pilot=False)
+            return self._next_order(study, orders, pilot=pilot)
 
     def start(self, study: str, pseudonym: str) -> None:
         """Note that the recording begins, by this process."""

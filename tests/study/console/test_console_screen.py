@@ -175,6 +175,8 @@ def test_the_end_is_told_from_a_crash(monkeypatch: pytest.MonkeyPatch, how: str)
             assert isinstance(app.screen, WatchScreen)
             # The one is said quietly, the other in red.
             assert app.screen.over == (how == "ended")
+            await until(pilot, lambda: "p" not in app.screen.active_bindings)
+            assert "l" in app.screen.active_bindings
             await pilot.press("p")
             await pilot.pause(0.2)
             assert wanted in seen(app, "headline")
