@@ -7,6 +7,7 @@ import io
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from analysis.experiment.contrasts import mean_of
 from analysis.experiment.frames import Experiment
 from analysis.experiment.page import (
     headline,
@@ -24,6 +25,12 @@ from analysis.files import make_folder, write_json, write_text
 from analysis.formatting import NO_BREAK, p_value
 from study.trial_files import results_sha256
 from study.trial_tables import COLUMNS
+
+DIALS = {
+    "temperature": "temperature, points",
+    "choices": "choices in phase two",
+    "hidden": "units a layer of V, smoothness of phi",
+}
 
 
 def write_experiment_tables(experiment: Experiment, folder: Path) -> None:
@@ -119,6 +126,7 @@ def markdown(experiment: Experiment, command: str, wall_time: str) -> str:
                 ],
             )
         )
+    parts += _sensitivity(experiment)
     if sizes[1]:
         parts += [
             "## Fleet size",
@@ -136,6 +144,29 @@ def markdown(experiment: Experiment, command: str, wall_time: str) -> str:
         ),
     ]
     return "\n\n".join(parts).replace(NO_BREAK, " ") + "\n"
+
+
+def _sensitivity(experiment: Experiment) -> list[str]:
+    """Return heading, sentence and table of agreement at each setting of each dial."""
+    table = experiment.tables["sensitivity"]
+    if table.empty:
+        return []
+    rows = [
+        (
+            DIALS.get(str(dial), str(dial)), f"{setting:g}", experiment.label(str(scorer)),
+            mean_text(mean_of(own["own_agreement"])),
+            mean_text(mean_of(own["reference_agreement"])),
+        )
+        for (dial, setting, scorer), own in table.groupby(
+            ["dial", "setting", "scorer"], sort=False
+        )
+    ]  # fmt: skip
+    trials = table["trial"].nunique()
+    return [
+        "## Sensitivity",
+        f"Agreement with one dial turned at a time, the first {trials} trials, mean [95 % CI].",
+        _table(("dial", "setting", "scorer", "own states", "ground truth's states"), rows),
+    ]
 
 
 def _differences(experiment: Experiment) -> str:
