@@ -15,6 +15,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +25,7 @@ from analysis.planning.assumptions import Assumptions, Design
 from analysis.statistics.pairs import SMALLEST_N
 
 Floats = npt.NDArray[np.float64]
+Numbers = float | npt.NDArray[np.floating[Any]]
 NEGLIGIBLE = 1e-12
 """Probability that is left out at each end of a mixture."""
 
@@ -105,13 +107,11 @@ def _doubly(sizes: Floats, centres: Floats, variance: float, alpha: float) -> fl
     return float(weights @ power)
 
 
-def _beyond(
-    limit: npt.ArrayLike, df1: npt.ArrayLike, df2: npt.ArrayLike, centre: npt.ArrayLike
-) -> Floats:
-    """Return P(F > limit) of noncentral F; far out SciPy's series gives up, and it is 1."""
-    with np.errstate(all="ignore"):
-        found = np.asarray(stats.ncf.sf(limit, df1, df2, centre), dtype=np.float64)
-    return np.clip(np.where(np.isfinite(found), found, 1.0), 0.0, 1.0)
+def _beyond(limit: Numbers, df1: Numbers, df2: Numbers, centre: Numbers) -> Floats:
+    """Return P(F > limit) of noncentral F."""
+    # SciPy's is 0 at a centre of zero.
+    off = np.asarray(stats.ncf.sf(limit, df1, df2, centre), dtype=np.float64)
+    return np.clip(np.where(np.asarray(centre) > 0, off, stats.f.sf(limit, df1, df2)), 0.0, 1.0)
 
 
 def _binomial(count: int, chance: float) -> tuple[npt.NDArray[np.int64], Floats]:

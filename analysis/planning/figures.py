@@ -8,6 +8,8 @@ from analysis.planning.power import Cell
 
 WIDTH, HEIGHT = 920.0, 372.0
 LEFT, RIGHT, TOP, BOTTOM = 44.0, 770.0, 36.0, 306.0
+APART = 26.0
+"""Least distance of two numbers along the axis, px."""
 
 
 def power_curves(plan: Plan) -> Drawing:
@@ -24,10 +26,12 @@ def power_curves(plan: Plan) -> Drawing:
     trials = sorted({cell.design.trials for cell in plan.cells})
     up = Scale([0.0, 1.0], BOTTOM, TOP, ticks=6)
     vertical_axis(drawing, up, LEFT, RIGHT)
-    along = Scale(counts, LEFT + 24, RIGHT - 24, ticks=min(9, max(2, len(counts))))
-    for tick in along.ticks:
-        if counts[0] <= tick <= counts[-1] or len(counts) == 1:
-            drawing.text((along(tick), BOTTOM + 20), f"{tick:g}", "f-quiet", "middle", 11.5)
+    along = Scale(counts, LEFT + 24, RIGHT - 24, ticks=9)
+    last = -APART
+    for count in counts:
+        if along(count) - last >= APART:
+            last = along(count)
+            drawing.text((last, BOTTOM + 20), f"{count}", "f-quiet", "middle", 11.5)
     drawing.text(((LEFT + RIGHT) / 2, BOTTOM + 42), "participants", "f-quiet", "middle", 11.5)
     level = up(plan.wanted.power)
     drawing.line((LEFT, level), (RIGHT, level), "s-ink dashed")

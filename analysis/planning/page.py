@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from analysis.environment import PACKAGES, analysis_files, digest, version_of
-from analysis.formatting import number
 from analysis.page import frame, page_environment
 from analysis.planning import words
 from analysis.planning.figures import power_curves
@@ -16,7 +15,7 @@ from analysis.planning.stated import PlannedStudy, Stated
 def render_plan(plan: Plan, study: PlannedStudy, stated: Sequence[Stated]) -> str:
     """Return a plan's report as HTML."""
     environment = page_environment()
-    environment.filters.update(power=words.power_text, design=words.design_text, plain=plain)
+    environment.filters.update(power=words.power_text, design=words.design_text, plain=words.plain)
     sections = [
         ("summary", "Summary"),
         ("power", "Power"),
@@ -48,9 +47,3 @@ def origin(plan: Plan) -> str:
     """Say what the numbers are: nothing that was measured."""
     count = sum(cell.counts.studies for cell in plan.cells)
     return f"Made-up data: a plan from {count} simulated studies"
-
-
-def plain(value: float) -> str:
-    """Write a number with the decimals that it has, at most three."""
-    text = number(value, 3)
-    return text.rstrip("0").rstrip(".") if "." in text else text

@@ -104,7 +104,7 @@ def default_participants(
     low = max(step * -(-3 // step), int(0.75 * min(need)) // step * step)
     high = min(MOST, -(-int(1.25 * max(need)) // step) * step)
     stride = step * max(1, -(-(high - low) // (step * (STEPS - 1))))
-    return tuple(range(low, high + stride, stride))
+    return (*range(low, high, stride), high)
 
 
 def make_plan(given: Assumptions, wanted: Wanted, pilot: Pilot | None, run: Runner) -> Plan:

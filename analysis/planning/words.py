@@ -17,6 +17,12 @@ def design_text(design: Design) -> str:
     return f"{people}, {counted(design.trials, 'trial')} a condition"
 
 
+def plain(value: float) -> str:
+    """Write a number with the decimals that it has, at most three."""
+    text = number(value, 3)
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
 def power_text(cell: Cell) -> str:
     """Write a power with its Monte-Carlo interval."""
     return f"{number(cell.power)} {interval(cell.interval)}"
@@ -25,7 +31,7 @@ def power_text(cell: Cell) -> str:
 def effect_text(plan: Plan) -> str:
     """Write the effect planned for."""
     effects = plan.given.effects[1:]
-    points = listed([f"{number(each, 1)}" for each in effects])
+    points = listed([plain(each) for each in effects])
     return f"{'an effect' if len(effects) == 1 else 'effects'} of {points} points a trial"
 
 

@@ -10,6 +10,7 @@ from rich.markup import escape
 
 from study.commands.simulate import Stated
 from study.commands.terminal import console, errors
+from study.errors import StudyError
 from study.loading import load_protocol
 from study.pool_option import PoolProtocols
 from study.simulated.parameters import Driver
@@ -179,14 +180,19 @@ def plan(
     from study.commands.planning import (  # noqa: PLC0415
         Workers,
         find_pilot,
+        given_grid,
         planned_study,
         power_table,
         wanted_of,
     )
 
+    # What was given is looked at before a pilot takes its time.
     checked_jobs(jobs)
+    if not 0 < power < 1:
+        raise StudyError(f"--power: {power:g} given", "It lies between 0 and 1, such as 0.8.")
     loaded = load_protocol(protocol)
     study = planned_study(loaded)
+    sizes = given_grid(study, participants, trials)
     folder = output or Path("reports") / f"{loaded.protocol.study.name}_plan"
     given = Given(
         tuple(effect or ()), effect_sd, trial_sd, level_sd, period, learning, carry_over, drop_out,
@@ -207,8 +213,7 @@ def plan(
     wanted = wanted_of(
         study,
         assumptions,
-        participants,
-        trials,
+        sizes,
         power=power,
         studies=studies,
         model_studies=model_studies,

@@ -86,37 +86,43 @@ def find_pilot(
         return pilot_of(recordings, pool=pool)
 
 
+def given_grid(
+    study: PlannedStudy, participants: str, trials: str
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Read numbers of participants, none if none are given, and of trials a condition.
+
+    Raises:
+        StudyError: a number cannot be read, or is none that a study can have.
+    """
+    own = study.trials
+    each = whole_numbers("--trials", trials) or tuple(sorted({max(1, own // 2), own, 2 * own}))
+    people = whole_numbers("--participants", participants)
+    designs = grid(people or (3,), each)
+    check_grid(designs)
+    if len(designs) > MOST_DESIGNS:
+        raise StudyError(f"a grid of {len(designs)} sizes", f"Give at most {MOST_DESIGNS} of them.")
+    return people, each
+
+
 def wanted_of(
     study: PlannedStudy,
     assumptions: Assumptions,
-    participants: str,
-    trials: str,
+    sizes: tuple[tuple[int, ...], tuple[int, ...]],
     *,
     power: float,
     studies: int,
     model_studies: int,
     seed: int,
 ) -> Wanted:
-    """Return what is asked for, with a grid about what the closed form names if none is given.
-
-    Raises:
-        StudyError: a number cannot be read, or is none that a study can have.
-    """
-    if not 0 < power < 1:
-        raise StudyError(f"--power: {power:g} given", "It lies between 0 and 1, such as 0.8.")
-    own = study.trials
-    each = whole_numbers("--trials", trials) or tuple(sorted({max(1, own // 2), own, 2 * own}))
-    people = whole_numbers("--participants", participants)
-    step = 0 if people else len(study.orders)
+    """Return what is asked for, with a grid about what the closed form names if none is given."""
+    people, each = sizes
+    step = 0
     if not people:
+        step = len(study.orders)
         people = default_participants(assumptions, each, power)
         if study.participants >= 3:
             people = (*people, study.participants)
-    designs = grid(people, each)
-    check_grid(designs)
-    if len(designs) > MOST_DESIGNS:
-        raise StudyError(f"a grid of {len(designs)} sizes", f"Give at most {MOST_DESIGNS} of them.")
-    return Wanted(designs, power, studies, model_studies, seed, step)
+    return Wanted(grid(people, each), power, studies, model_studies, seed, step)
 
 
 def whole_numbers(option: str, text: str) -> tuple[int, ...]:
@@ -152,7 +158,13 @@ class Workers:
         if not pieces:
             return
         columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-        with Progress(*columns, TimeElapsedColumn(), console=console, transient=True) as progress:
+        with Progress(
+            *columns,
+            TimeElapsedColumn(),
+            console=console,
+            transient=True,
+            disable=not console.is_terminal,
+        ) as progress:
             task = progress.add_task(STAGES[pieces[0].stream], total=len(pieces))
             for finished in run_pieces(
                 run_piece,
