@@ -25,7 +25,7 @@ import scipy
 from analysis.planning.assumptions import Assumptions, Design
 from analysis.planning.closed_form import closed_form
 from analysis.planning.made_up import BLOCK, level_names, make_up
-from analysis.planning.power import run_piece, simulate
+from analysis.planning.power import run_here, run_piece, simulate
 from analysis.planning.testing import analyse_many
 from analysis.statistics.cells import cell_means
 from analysis.statistics.result import EffectResult
@@ -58,6 +58,11 @@ def main() -> int:
         stream="benchmark",
     )
     fast = time.perf_counter() - began
+    began = time.perf_counter()
+    sizes = {"studies": given.studies, "model_studies": given.studies, "seed": 1}
+    (again,) = simulate([(GIVEN, SIZE)], run_here, **sizes, stream="benchmark")
+    alone = time.perf_counter() - began
+    assert again == cell
     loop, differs = naive(given.naive)
     loop *= cell.counts.studies / given.naive
     formula = closed_form(GIVEN, SIZE)
@@ -65,8 +70,9 @@ def main() -> int:
           f"NumPy {np.__version__}, SciPy {scipy.__version__}")  # fmt: skip
     print(f"{cell.counts.studies} studies of {PEOPLE} participants, 2 x {TRIALS} trials")
     print(f"study plan, {given.jobs} processes: {fast:8.2f} s, their start and imports included")
-    print(f"a study at a time:          {loop:8.2f} s in one process "
-          f"({given.naive} studies measured): {loop / fast:.0f} times as long")  # fmt: skip
+    print(f"the same here, one process: {alone:8.2f} s, with all imported")
+    print(f"a study at a time:          {loop:8.2f} s here ({given.naive} studies measured): "
+          f"{loop / alone:.0f} times as long")  # fmt: skip
     print(f"power {cell.power:.4f} [{cell.interval.low:.4f}, {cell.interval.high:.4f}], "
           f"closed form {formula.power if formula else float('nan'):.4f}")  # fmt: skip
     print(f"largest difference of p between both: {differs:.1e}")

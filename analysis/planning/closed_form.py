@@ -127,9 +127,10 @@ def smallest_participants(
 ) -> int | None:
     """Return the fewest participants, a multiple of a step, with a power; None up to a limit.
 
-    Where there is no formula it is that of complete data with as many more participants as leave.
+    Where there is no formula it is that of those who stay, with complete data, and with three or
+    more conditions as if order did not matter.
     """
-    plain = dataclasses.replace(given, needed=1.0, missing=0.0)
+    plain = given if given.always_means else dataclasses.replace(given, needed=1.0, missing=0.0)
     if plain.conditions > 2:
         plain = dataclasses.replace(plain, period=0.0, carry_over=0.0)
     counts = range(step * math.ceil(SMALLEST_N / step), most + 1, step)

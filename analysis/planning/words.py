@@ -46,7 +46,7 @@ def headline(plan: Plan) -> str:
         )
     return (
         f"{design_text(plan.chosen.design).capitalize()}: the smallest size in the grid that finds "
-        f"{effect_text(plan)} with a power of {wanted}."
+        f"{effect_text(plan)} with a power of at least {wanted}."
     )
 
 

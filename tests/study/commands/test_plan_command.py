@@ -20,8 +20,9 @@ SCATTER = ("--effect-sd", "15", "--trial-sd", "30")
 
 def test_a_plan_by_options_reproduces_the_closed_form(tmp_path: Path) -> None:
     """Table, sentence, report and tables; the same for one process and for two."""
-    command = ("plan", "scaled_autonomy", "--effect", "20", *SCATTER, "--drop-out", "0.1")
-    command += ("--participants", "12,16,20", "--trials", "4,8", "--studies", "4000")
+    command: tuple[str, ...] = ("plan", "scaled_autonomy", "--effect", "20", *SCATTER)
+    command += ("--drop-out", "0.1", "--participants", "12,16,20", "--trials", "4,8")
+    command += ("--studies", "4000")
     one, two = tmp_path / "one", tmp_path / "two"
     done = study(*command, "--jobs", "1", "-o", one)
     assert done.returncode == 0, done.stderr
