@@ -28,8 +28,8 @@ class Wanted:
         studies: simulated in each cell.
         model_studies: the same where the mixed model may be needed.
         seed: of everything drawn.
-        step: between the participants of the grid below the size named, multiples of this are
-            simulated too; 0 for the grid alone.
+        step: the interval of the grid below the size named is halved until it is no wider than
+            this; 0 for the grid alone.
     """
 
     designs: tuple[Design, ...]
@@ -121,7 +121,8 @@ def make_plan(given: Assumptions, wanted: Wanted, pilot: Pilot | None, run: Runn
         return simulate(pairs, run, **sizes, seed=wanted.seed, stream="grid")
 
     cells = simulated(wanted.designs)
-    cells = sorted(cells + simulated(_between(cells, wanted)), key=lambda cell: cell.design)
+    while between := _between(cells, wanted):
+        cells = sorted(cells + simulated(between), key=lambda cell: cell.design)
     more = {name: CHECK * count for name, count in sizes.items()}
     chosen, check = None, None
     failed: list[Cell] = []
@@ -157,14 +158,20 @@ def _reaching(cells: Sequence[Cell], power: float) -> list[Cell]:
 
 
 def _between(cells: Sequence[Cell], wanted: Wanted) -> tuple[Design, ...]:
-    """Return sizes between the participants of the grid just below the first that reaches it."""
+    """Return sizes midway between the first participants that reach it and those just below.
+
+    None where these are neighbours, or where the grid alone is asked for.
+    """
     reaching = _reaching(cells, wanted.power)
     if not reaching or not wanted.step:
         return ()
-    first = reaching[0].design.participants
-    below = [d.participants for d in wanted.designs if d.participants < first]
-    counts = tuple(range(max(below, default=first) + wanted.step, first, wanted.step))
-    return grid(counts, tuple({design.trials for design in wanted.designs}))
+    first = min(cell.design.participants for cell in reaching)
+    below = [n for cell in cells if (n := cell.design.participants) < first]
+    steps = (first - max(below, default=first)) // wanted.step
+    if steps < 2:
+        return ()
+    middle = first - steps // 2 * wanted.step
+    return grid((middle,), tuple({design.trials for design in wanted.designs}))
 
 
 def variations(given: Assumptions, pilot: Pilot | None) -> list[tuple[str, Assumptions]]:
