@@ -47,6 +47,10 @@ def test_a_shape_too_large_for_the_room_is_kept_alone() -> None:
 def test_an_hour_of_new_shapes_stays_within_the_room() -> None:
     """Every second of a break has a ring of its own."""
     sprites = Sprites()
+
+    def paint(surface: pygame.Surface, _: float) -> None:
+        surface.fill("white")
+
     for second in range(400):
-        sprites.get(("ring", second), 200, 200, lambda surface, _: surface.fill("white"))
+        sprites.get(("ring", second), 200, 200, paint)
     assert 0 < sprites.bytes <= ROOM
