@@ -228,7 +228,7 @@ def _run(
         if outlet:
             stack.callback(outlet.close)
         task = loaded.protocol.task
-        fleet = stack.enter_context(closing(open_fleet(task.name, task.parameters)))
+        fleet = stack.enter_context(closing(open_fleet(task.name, task.parameters, pictures=True)))
         for fit in beginning.fits:
             fleet.add_artefact(fit.artefact_id, fit.kind, fit.algorithm, fit.weights)
         fitter = stack.enter_context(closing(ProcessFitter(loaded.description, beginning.recorded)))
@@ -247,6 +247,7 @@ def _run(
             fitter,
             epoch_ns=clock.epoch_ns,
             waits_for_disk=True,
+            on_pictures=window.pictures.take,
         )
         link = open_link(
             beginning.opened.session_id, tracker, recorder, lambda: clock.epoch_ns + clock.now()

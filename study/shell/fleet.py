@@ -35,8 +35,10 @@ class Fleet(Protocol):
 class InlineFleet:
     """Steps the task in this process: for tasks that take well under a millisecond."""
 
-    def __init__(self, task: str, parameters: Mapping[str, object]) -> None:
-        self._host = FleetHost(task, parameters)
+    def __init__(
+        self, task: str, parameters: Mapping[str, object], *, pictures: bool = False
+    ) -> None:
+        self._host = FleetHost(task, parameters, pictures=pictures)
         self._answer: FleetAnswer | None = None
 
     def request(self, effect: StartFleet | StepFleet) -> None:
@@ -60,8 +62,10 @@ class InlineFleet:
 class ProcessFleet:
     """Steps the task in a process of its own: for tasks that are slow or may hang."""
 
-    def __init__(self, task: str, parameters: Mapping[str, object]) -> None:
-        self._worker = Worker(serve_fleet, task, dict(parameters))
+    def __init__(
+        self, task: str, parameters: Mapping[str, object], *, pictures: bool = False
+    ) -> None:
+        self._worker = Worker(serve_fleet, task, dict(parameters), pictures)
 
     def request(self, effect: StartFleet | StepFleet) -> None:
         """Send the effect; the answer comes when it comes."""
@@ -85,9 +89,13 @@ class ProcessFleet:
         self._worker.close()
 
 
-def serve_fleet(task: str, parameters: dict[str, object]) -> Callable[[Any], Any]:
+def serve_fleet(
+    task: str,
+    parameters: dict[str, object],
+    pictures: bool = False,  # noqa: FBT001, FBT002 - given by position to a new process
+) -> Callable[[Any], Any]:
     """Make the serving function of the fleet's process."""
-    host = FleetHost(task, parameters)
+    host = FleetHost(task, parameters, pictures=pictures)
 
     def serve(request: Any) -> Any:  # noqa: ANN401 - effects and artefacts
         if isinstance(request, StartFleet | StepFleet):
@@ -98,9 +106,14 @@ def serve_fleet(task: str, parameters: dict[str, object]) -> Callable[[Any], Any
     return serve
 
 
-def open_fleet(task: str, parameters: Mapping[str, object]) -> Fleet:
-    """Return the fleet that the task asks for: inline, or in a process of its own."""
+def open_fleet(task: str, parameters: Mapping[str, object], *, pictures: bool = False) -> Fleet:
+    """Return the fleet that the task asks for: inline, or in a process of its own.
+
+    Args:
+        task: its name.
+        parameters: its parameters.
+        pictures: whether somebody looks at the pictures that the task may take.
+    """
     module = load_member("study.tasks", "task", task)
-    if module.OUT_OF_PROCESS:
-        return ProcessFleet(task, parameters)
-    return InlineFleet(task, parameters)
+    kind = ProcessFleet if module.OUT_OF_PROCESS else InlineFleet
+    return kind(task, parameters, pictures=pictures)

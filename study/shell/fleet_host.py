@@ -18,12 +18,17 @@ from study.families import load_member
 from study.policies.base import Policy
 from study.scorers.base import Scorer
 from study.session.effects import StartFleet, StepFleet
-from study.tasks.base import FleetStep, Task
+from study.tasks.base import FleetStep, PicturedTask, Task
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class FleetAnswer:
-    """The fields of FleetObserved but its time."""
+    """The fields of FleetObserved but its time, and what is only looked at.
+
+    Attributes:
+        pictures: what each robot shows after the step, uint8 [n, height, width, 3]; None unless
+            asked for, or where the task takes none. Neither recorded nor seen by the session.
+    """
 
     request_id: int
     states: npt.NDArray[np.float32]
@@ -31,6 +36,7 @@ class FleetAnswer:
     outcomes: npt.NDArray[np.int32]
     policy_actions: npt.NDArray[np.int32]
     scores: npt.NDArray[np.float64]
+    pictures: npt.NDArray[np.uint8] | None = None
 
 
 class FleetHost:
@@ -39,9 +45,12 @@ class FleetHost:
     Args:
         task: name of the task.
         parameters: the task's parameters.
+        pictures: whether somebody looks: tasks that take pictures are then asked for them.
     """
 
-    def __init__(self, task: str, parameters: Mapping[str, object]) -> None:
+    def __init__(
+        self, task: str, parameters: Mapping[str, object], *, pictures: bool = False
+    ) -> None:
         self._module = load_member("study.tasks", "task", task)
         self._parameters = dict(parameters)
         self.description: TaskDescription = self._module.describe(self._parameters)
@@ -49,6 +58,7 @@ class FleetHost:
         self._policies: dict[str, Policy] = {}
         self._scorers: dict[str, Scorer] = {}
         self._start: StartFleet | None = None
+        self._looked_at = pictures and self.description.scene.camera
         self._random = np.random.default_rng(0)
 
     def add_artefact(self, artefact_id: str, kind: str, algorithm: str, weights: bytes) -> None:
@@ -99,7 +109,13 @@ class FleetHost:
             outcomes=np.array(step.outcomes, dtype=np.int32),
             policy_actions=policy.actions(step.states, self._random),
             scores=scores,
+            pictures=self._pictures(),
         )
+
+    def _pictures(self) -> npt.NDArray[np.uint8] | None:
+        assert self._start is not None  # noqa: S101 - set before every answer
+        task = self._task(self._start.robots)
+        return task.pictures() if self._looked_at and isinstance(task, PicturedTask) else None
 
     def _policy(self, policy_id: str) -> Policy:
         if policy_id not in self._policies:
