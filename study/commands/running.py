@@ -228,7 +228,7 @@ def _run(
         if outlet:
             stack.callback(outlet.close)
         task = loaded.protocol.task
-        fleet = stack.enter_context(closing(open_fleet(task.name, task.parameters, pictures=True)))
+        fleet = stack.enter_context(closing(open_fleet(task.name, task.parameters)))
         for fit in beginning.fits:
             fleet.add_artefact(fit.artefact_id, fit.kind, fit.algorithm, fit.weights)
         fitter = stack.enter_context(closing(ProcessFitter(loaded.description, beginning.recorded)))

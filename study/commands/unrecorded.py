@@ -75,8 +75,7 @@ def run_unrecorded(
     if loaded.protocol.consent:
         on_show(Consent(loaded.protocol, messages).screen())
     session = Session(messages)
-    task = loaded.protocol.task
-    fleet = open_fleet(task.name, task.parameters, pictures=on_pictures is not None)
+    fleet = open_fleet(loaded.protocol.task.name, loaded.protocol.task.parameters)
     try:
         conductor = Conductor(
             session,

@@ -13,7 +13,7 @@ from study.errors import RecordingFailedError
 from study.events.events import Event, TrialEnded, TrialStarted
 from study.events.fields import Record
 from study.events.inputs import FitCompleted, FitFailed, FitTimedOut, FleetObserved, Input
-from study.screens import Screen
+from study.screens import Screen, WaitScreen
 from study.session.context import Step
 from study.session.effects import (
     Effect,
@@ -146,7 +146,9 @@ class Conductor:
                 self._on_show(effect.screen)
         elif isinstance(effect, StartFleet | StepFleet):
             self._fleet_request = effect.request_id
-            self._fleet.request(effect)
+            # Nobody looks at a fleet while a screen asks to wait.
+            looked_at = self._on_pictures is not None and not isinstance(self.screen, WaitScreen)
+            self._fleet.request(effect, pictures=looked_at)
         elif isinstance(effect, RequestFit):
             self._fits_pending += 1
             self._fitter.request(effect)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
@@ -15,8 +16,8 @@ from study.shell.workers import Worker, WorkerFailure
 class Fleet(Protocol):
     """Answers each request once, in order."""
 
-    def request(self, effect: StartFleet | StepFleet) -> None:
-        """Ask for an effect to be carried out."""
+    def request(self, effect: StartFleet | StepFleet, *, pictures: bool = False) -> None:
+        """Ask for an effect to be carried out; with pictures if the task takes some."""
         ...
 
     def add_artefact(self, artefact_id: str, kind: str, algorithm: str, weights: bytes) -> None:
@@ -32,18 +33,23 @@ class Fleet(Protocol):
         ...
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class LookedAt:
+    """An effect whose answer comes with pictures."""
+
+    effect: StartFleet | StepFleet
+
+
 class InlineFleet:
     """Steps the task in this process: for tasks that take well under a millisecond."""
 
-    def __init__(
-        self, task: str, parameters: Mapping[str, object], *, pictures: bool = False
-    ) -> None:
-        self._host = FleetHost(task, parameters, pictures=pictures)
+    def __init__(self, task: str, parameters: Mapping[str, object]) -> None:
+        self._host = FleetHost(task, parameters)
         self._answer: FleetAnswer | None = None
 
-    def request(self, effect: StartFleet | StepFleet) -> None:
+    def request(self, effect: StartFleet | StepFleet, *, pictures: bool = False) -> None:
         """Carry out the effect at once."""
-        self._answer = self._host.answer(effect)
+        self._answer = self._host.answer(effect, pictures=pictures)
 
     def add_artefact(self, artefact_id: str, kind: str, algorithm: str, weights: bytes) -> None:
         """Make a fit usable."""
@@ -62,14 +68,12 @@ class InlineFleet:
 class ProcessFleet:
     """Steps the task in a process of its own: for tasks that are slow or may hang."""
 
-    def __init__(
-        self, task: str, parameters: Mapping[str, object], *, pictures: bool = False
-    ) -> None:
-        self._worker = Worker(serve_fleet, task, dict(parameters), pictures)
+    def __init__(self, task: str, parameters: Mapping[str, object]) -> None:
+        self._worker = Worker(serve_fleet, task, dict(parameters))
 
-    def request(self, effect: StartFleet | StepFleet) -> None:
+    def request(self, effect: StartFleet | StepFleet, *, pictures: bool = False) -> None:
         """Send the effect; the answer comes when it comes."""
-        self._worker.send(effect)
+        self._worker.send(LookedAt(effect) if pictures else effect)
 
     def add_artefact(self, artefact_id: str, kind: str, algorithm: str, weights: bytes) -> None:
         """Make a fit usable; requests are served in order, so no answer is needed."""
@@ -89,31 +93,24 @@ class ProcessFleet:
         self._worker.close()
 
 
-def serve_fleet(
-    task: str,
-    parameters: dict[str, object],
-    pictures: bool = False,  # noqa: FBT001, FBT002 - given by position to a new process
-) -> Callable[[Any], Any]:
+def serve_fleet(task: str, parameters: dict[str, object]) -> Callable[[Any], Any]:
     """Make the serving function of the fleet's process."""
-    host = FleetHost(task, parameters, pictures=pictures)
+    host = FleetHost(task, parameters)
 
     def serve(request: Any) -> Any:  # noqa: ANN401 - effects and artefacts
         if isinstance(request, StartFleet | StepFleet):
             return host.answer(request)
+        if isinstance(request, LookedAt):
+            return host.answer(request.effect, pictures=True)
         host.add_artefact(*request)
         return "artefact added"
 
     return serve
 
 
-def open_fleet(task: str, parameters: Mapping[str, object], *, pictures: bool = False) -> Fleet:
-    """Return the fleet that the task asks for: inline, or in a process of its own.
-
-    Args:
-        task: its name.
-        parameters: its parameters.
-        pictures: whether somebody looks at the pictures that the task may take.
-    """
+def open_fleet(task: str, parameters: Mapping[str, object]) -> Fleet:
+    """Return the fleet that the task asks for: inline, or in a process of its own."""
     module = load_member("study.tasks", "task", task)
-    kind = ProcessFleet if module.OUT_OF_PROCESS else InlineFleet
-    return kind(task, parameters, pictures=pictures)
+    if module.OUT_OF_PROCESS:
+        return ProcessFleet(task, parameters)
+    return InlineFleet(task, parameters)

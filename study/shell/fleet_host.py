@@ -45,12 +45,9 @@ class FleetHost:
     Args:
         task: name of the task.
         parameters: the task's parameters.
-        pictures: whether somebody looks: tasks that take pictures are then asked for them.
     """
 
-    def __init__(
-        self, task: str, parameters: Mapping[str, object], *, pictures: bool = False
-    ) -> None:
+    def __init__(self, task: str, parameters: Mapping[str, object]) -> None:
         self._module = load_member("study.tasks", "task", task)
         self._parameters = dict(parameters)
         self.description: TaskDescription = self._module.describe(self._parameters)
@@ -58,7 +55,6 @@ class FleetHost:
         self._policies: dict[str, Policy] = {}
         self._scorers: dict[str, Scorer] = {}
         self._start: StartFleet | None = None
-        self._looked_at = pictures and self.description.scene.camera
         self._random = np.random.default_rng(0)
 
     def add_artefact(self, artefact_id: str, kind: str, algorithm: str, weights: bytes) -> None:
@@ -67,10 +63,21 @@ class FleetHost:
         loaded: Any = load_member(package, kind, algorithm).load(weights, self.description)
         (self._policies if kind == "policy" else self._scorers)[artefact_id] = loaded
 
-    def answer(self, effect: StartFleet | StepFleet) -> FleetAnswer:
-        """Carry out one effect."""
-        if isinstance(effect, StartFleet):
-            return self._started(effect)
+    def answer(self, effect: StartFleet | StepFleet, *, pictures: bool = False) -> FleetAnswer:
+        """Carry out one effect.
+
+        Args:
+            effect: what the session asks for.
+            pictures: whether somebody looks: a task that takes pictures is then asked for them.
+        """
+        answer = self._started(effect) if isinstance(effect, StartFleet) else self._stepped(effect)
+        if not pictures or not self.description.scene.camera or self._start is None:
+            return answer
+        task = self._task(self._start.robots)
+        taken = task.pictures() if isinstance(task, PicturedTask) else None
+        return dataclasses.replace(answer, pictures=taken)
+
+    def _stepped(self, effect: StepFleet) -> FleetAnswer:
         assert self._start is not None  # noqa: S101 - the session starts a fleet before it steps it
         task = self._task(self._start.robots)
         step = task.step(effect.actions, effect.active)
@@ -109,13 +116,7 @@ class FleetHost:
             outcomes=np.array(step.outcomes, dtype=np.int32),
             policy_actions=policy.actions(step.states, self._random),
             scores=scores,
-            pictures=self._pictures(),
         )
-
-    def _pictures(self) -> npt.NDArray[np.uint8] | None:
-        assert self._start is not None  # noqa: S101 - set before every answer
-        task = self._task(self._start.robots)
-        return task.pictures() if self._looked_at and isinstance(task, PicturedTask) else None
 
     def _policy(self, policy_id: str) -> Policy:
         if policy_id not in self._policies:

@@ -36,8 +36,6 @@ class Known:
     aspect: float
 
 
-_COMPASS = ("left", "down", "right", "up")
-
 KNOWN = {
     "CartPole": Known(
         actions=("push left", "push right"),
@@ -70,16 +68,16 @@ KNOWN = {
         aspect=1.0,
     ),
     "FrozenLake": Known(
-        actions=_COMPASS,
-        keys={name: action for action, name in enumerate(_COMPASS)},
+        actions=("step left", "step down", "step right", "step up"),
+        keys={"left": 0, "down": 1, "right": 2, "up": 3},
         without_key=-1,
         termination="goal_if_rewarded",
         fields=(),
-        instruction="Cross the ice to the present without falling into a hole.",
+        instruction="Cross the ice to the goal without falling into a hole.",
         aspect=1.0,
     ),
     "CliffWalking": Known(
-        actions=("up", "right", "down", "left"),
+        actions=("step up", "step right", "step down", "step left"),
         keys={"up": 0, "right": 1, "down": 2, "left": 3},
         without_key=-1,
         termination="goal",
@@ -88,7 +86,7 @@ KNOWN = {
         aspect=3.0,
     ),
     "Taxi": Known(
-        actions=("down", "up", "right", "left", "pick up", "drop off"),
+        actions=("drive down", "drive up", "drive right", "drive left", "pick up", "drop off"),
         keys={"down": 0, "up": 1, "right": 2, "left": 3, "p": 4, "d": 5},
         without_key=-1,
         termination="goal",
