@@ -11,7 +11,8 @@ import dataclasses
 import numpy as np
 import numpy.typing as npt
 
-from study.events.inputs import FleetObserved
+from study.events.inputs import FleetObserved, SessionOpened
+from study.events.task_description import TaskDescription
 from study.session.effects import Effect, StartFleet, StepFleet
 
 
@@ -36,7 +37,8 @@ class Film:
         episodes: one a robot.
         states: where they have led, float32 [n, d].
         number: another one after every step.
-        protocol_toml: of the session.
+        protocol_toml: of the session; empty where the task takes no pictures: then nothing is
+            noted down.
     """
 
     episodes: tuple[Episode, ...] = ()
@@ -47,9 +49,14 @@ class Film:
     protocol_toml: str = ""
     _asked: StartFleet | StepFleet | None = None
 
+    def open(self, opened: SessionOpened) -> None:
+        """Begin, if the task of the session takes pictures."""
+        if TaskDescription.from_json(opened.task_json).scene.camera:
+            self.protocol_toml = opened.protocol_toml
+
     def ask(self, effect: Effect) -> None:
         """Take note of what the session asks for; it happens when the fleet answers."""
-        if isinstance(effect, StartFleet | StepFleet):
+        if self.protocol_toml and isinstance(effect, StartFleet | StepFleet):
             self._asked = effect
 
     def observe(self, answer: FleetObserved) -> None:

@@ -50,7 +50,7 @@ class Head:
         """Take note of an input that was fed; return the screens that it showed."""
         self.last, self.t_ns = raw, max(self.t_ns, given.t_ns)
         if isinstance(given, SessionOpened):
-            self.film.protocol_toml = given.protocol_toml
+            self.film.open(given)
         if isinstance(given, FleetObserved):
             self.scores = given.scores
             self.film.observe(given)
