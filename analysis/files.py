@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from study.errors import StudyError
@@ -21,6 +21,39 @@ def make_folder(folder: Path) -> None:
     except OSError as error:
         raise StudyError(
             f"the folder {folder} cannot be made: {error.strerror}", "Choose another with -o."
+        ) from error
+
+
+def claim_folder(folder: Path, mark: str, what: str, replaced: Sequence[str]) -> None:
+    """Make a folder for outputs of one kind, or empty it of an earlier output of that kind.
+
+    What an earlier output has and this one has not would else be taken for a part of this one.
+
+    Args:
+        folder: where the output goes.
+        mark: name of a file that every output of that kind has.
+        what: the output, as in "an earlier {what}".
+        replaced: patterns of the files that such an output has, as of `Path.glob`.
+
+    Raises:
+        StudyError: it cannot be made or emptied, or holds other files and no earlier output.
+    """
+    make_folder(folder)
+    try:
+        names = sorted(path.name for path in folder.iterdir())
+        if names and mark not in names:
+            raise StudyError(
+                f"the folder {folder} holds other files ({names[0]}"
+                f"{', ...' if len(names) > 1 else ''}) and no earlier {what}",
+                "Choose a new or empty folder with -o.",
+            )
+        for pattern in replaced:
+            for path in folder.glob(pattern):
+                path.unlink()
+    except OSError as error:
+        raise StudyError(
+            f"the folder {folder} cannot be emptied of an earlier {what}: {error.strerror}",
+            "Choose another with -o.",
         ) from error
 
 

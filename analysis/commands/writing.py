@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.console import Console
 
 from analysis.data_label import DataLabel
-from analysis.files import make_folder, write_json, write_pieces
+from analysis.files import claim_folder, write_json, write_pieces
 from analysis.formatting import counted
 from analysis.recordings import StudyRecordings, load_recordings
 from analysis.tables.columns import DATA_COLUMN, Table, csv_pieces
@@ -46,7 +46,7 @@ def write_tables(tables: StudyTables, label: DataLabel, folder: Path, *, long: b
     Returns:
         The number of tables written.
     """
-    make_folder(folder)
+    claim_folder(folder, "columns.json", "set of tables", ["*.csv"])
     meaning: dict[str, object] = {}
     count = 0
     for name in tables.names(long=long):

@@ -135,7 +135,9 @@ def sensitivity(experiment: Experiment) -> Drawing | None:
                     x = places[value] + shift
                     points.append((x, scale(mean.value)))
                     if mean.interval is not None:
-                        ends = (scale(mean.interval.low), scale(mean.interval.high))
+                        # Of few trials an interval can reach beyond what a share can be.
+                        ends = [scale(min(1.0, max(0.0, end)))
+                                for end in (mean.interval.low, mean.interval.high)]  # fmt: skip
                         drawing.line((x, ends[0]), (x, ends[1]), f"s-{colour}")
                 drawing.polyline(points, f"s-{colour} medium{line}")
                 for point in points:
@@ -211,9 +213,9 @@ def _dots(
     zero: bool,
     upto: float | None = None,
 ) -> Scale:
-    """Draw means with intervals, a row each and a mark a dwell."""
+    """Draw means with intervals, a row each and a mark a dwell; from 0 to ``upto`` if given."""
     reach = [0.0, upto] if upto is not None else []
-    for _, means in marks:
+    for _, means in marks if upto is None else ():
         for mean in means:
             if mean is not None:
                 reach.append(mean.value)
@@ -231,8 +233,10 @@ def _dots(
                 continue
             y = TOP + ROW * (row + 0.5) + (shift if len(marks) > 1 else 0.0)
             if mean.interval is not None:
-                ends = (scale(mean.interval.low), scale(mean.interval.high))
-                drawing.line((ends[0], y), (ends[1], y), f"s-{colour} medium")
+                low, high = mean.interval.low, mean.interval.high
+                if upto is not None:
+                    low, high = max(0.0, low), min(upto, high)
+                drawing.line((scale(low), y), (scale(high), y), f"s-{colour} medium")
             drawing.circle((scale(mean.value), y), 4.2, f"f-{colour} s-paper")
     return scale
 

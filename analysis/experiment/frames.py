@@ -9,6 +9,7 @@ from typing import Any
 
 import pandas as pd
 
+from analysis.formatting import counted
 from study.errors import StudyError
 from study.trial_files import Results, read_results
 from study.trial_tables import COLUMNS
@@ -96,8 +97,8 @@ def load_experiment(folder: Path) -> Experiment:
     results = read_results(folder)
     if len(results.trials) < 2:
         raise StudyError(
-            f"{folder}: {len(results.trials)} whole trials; a report needs two",
-            "Run study experiment on.",
+            f"{folder}: {counted(len(results.trials), 'whole trial')}; a report needs two",
+            "Run the same study experiment again, with more --trials.",
         )
     tables = {
         name: pd.DataFrame(

@@ -17,7 +17,14 @@ import pandas as pd
 from analysis.environment import environment
 from analysis.export.reconcile import Count, reconcile
 from analysis.export.wide import wide_table
-from analysis.files import make_folder, open_private, write_json, write_pieces, write_text
+from analysis.files import (
+    claim_folder,
+    make_folder,
+    open_private,
+    write_json,
+    write_pieces,
+    write_text,
+)
 from analysis.results import StudyResults
 from analysis.tables.columns import DATA_COLUMN, Column, Table, csv_pieces
 from study.errors import StudyError
@@ -56,6 +63,12 @@ def export(results: StudyResults, folder: Path, *, long: bool, parquet: bool) ->
     Raises:
         StudyError: the folder cannot be written, pyarrow is missing, or counts do not agree.
     """
+    claim_folder(
+        folder,
+        "dataset_description.json",
+        "export",
+        ["data/table-*_data.csv", "parquet/*.parquet", "jasp_jamovi/wide.csv"],
+    )
     make_folder(folder / "data")
     if parquet:
         _require_pyarrow()

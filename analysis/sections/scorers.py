@@ -166,7 +166,8 @@ def accuracy_finding(results: StudyResults) -> str:
         return "How many choices were held out is not recorded, so no interval is drawn."
     better = sum(row.beats_chance is True for row in judged)
     doubtful = [row.participant for row in judged if not row.beats_chance]
-    text = f"{in_words(better, capital=True)} of {in_words(len(judged))} scorers beat chance"
+    count = f"{in_words(better, capital=True)} of {in_words(len(judged))}"
+    text = f"{count} scorers that phase three used beat chance"
     if doubtful and len(doubtful) <= 4:
         text += f"; {listed(doubtful)} cannot be told from it"
     return f"{text}."

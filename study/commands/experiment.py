@@ -76,5 +76,6 @@ def experiment(
                 console.print(f"{number} of {count} trials")
     kept = f" ({there} were there)" if there else ""
     worlds = seeds.replace("_", "-")
-    console.print(f"{count} trials{kept}, {worlds} worlds, results in {escape(str(folder))}")
+    trials_run = "1 trial" if count == 1 else f"{count} trials"
+    console.print(f"{trials_run}{kept}, {worlds} worlds, results in {escape(str(folder))}")
     console.print(f"Report: analysis report {escape(str(folder))} -o FOLDER")

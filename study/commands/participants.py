@@ -161,8 +161,8 @@ def _withdraw(register: Register, known: Participant, *, yes: bool) -> None:
         "and time."
     )
     errors.print(
-        "[yellow]Still to be done by hand:[/] make reports, tables and exports of several "
-        "participants anew, and erase copies and backups."
+        "[yellow]Still to be done by hand:[/] erase reports, tables and exports of this "
+        "participant, make those of several participants anew, and erase copies and backups."
     )
 
 

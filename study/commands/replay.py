@@ -69,6 +69,8 @@ def replay(
             raise StudyError("--video with --verify or --resimulate", "Ask for one at a time.")
         _verify(files, resimulate=resimulate)
         return
+    if video is not None and video.suffix.lower() != ".webm":
+        raise StudyError(f"{video}: a video is WebM", f"Name it {video.with_suffix('.webm')}.")
     from study.commands.run import parse_size  # noqa: PLC0415 - slow to import
 
     require_pygame_ce()

@@ -236,13 +236,15 @@ def test_another_scorer_is_another_treatment(study: StudyRecordings) -> None:
 
 
 def test_an_interval_over_trials_takes_a_trial_for_one_observation() -> None:
-    """With trials of equal length it is the t interval of their means; one trial has none."""
+    """With trials of equal length it is the t interval of their means; two trials have none."""
     means = np.array([0.2, 0.4, 0.6, 0.4])
     mean, interval = mean_over_trials(means, np.full(4, 50.0))
     low, high = scipy.stats.t.interval(0.95, 3, loc=0.4, scale=means.std(ddof=1) / 2)
     assert interval is not None
     assert (mean, interval.low, interval.high) == pytest.approx((0.4, low, high))
     assert mean_over_trials(means[:1], np.array([50.0])) == (0.2, None)
+    assert mean_over_trials(means[:2], np.full(2, 50.0))[1] is None
+    assert mean_over_trials(means[:3], np.full(3, 50.0))[1] is not None
 
 
 def test_what_ran_is_told_from_what_was_assigned(tables: StudyTables) -> None:

@@ -43,6 +43,7 @@ def test_no_display_is_said(recording: Path) -> None:
         (["--size", "big"], 'window size "big"'),
         (["--ui-scale", "9"], "a UI scale of 9"),
         (["--verify", "--video", "x.webm"], "Ask for one at a time"),
+        (["--video", "x.mp4"], "Name it x.webm"),
         (["--video", "x.webm", "--size", "1281x721"], "Both sides must be even"),
     ],
 )
