@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import uuid
 import weakref
 from itertools import pairwise
 from multiprocessing.connection import Connection
@@ -23,10 +24,13 @@ import numpy.typing as npt
 import study
 from study.errors import StudyError
 from study.tasks._doom.arena import Arena
-from study.tasks._doom.engine import sweep_memory
+from study.tasks._doom.leftovers import memory_of, sweep_memory
 from study.tasks._doom.worker import DONE, READY
 
 _START_SECONDS = 60.0
+_LEAVE_SECONDS = 5.0
+"""For so long a worker is given to end by itself; one that starts an engine finishes that."""
+
 _ATTEMPTS = 3
 """So many times in a row a request may cost the engines that it was sent to."""
 
@@ -58,8 +62,7 @@ class _Worker:
 
     def __init__(self, crew: Crew, first: int, last: int) -> None:
         self.robots = slice(first, last)
-        self.scratch = Path(tempfile.mkdtemp(prefix="doom_"))
-        (self.scratch / "map.wad").write_bytes(crew.wad)
+        self.scratch = Path(tempfile.gettempdir()) / f"doom_{uuid.uuid4().hex}"
         ours, theirs = socket.socketpair()
         settings = {
             "arena": dataclasses.asdict(crew.arena.place),
@@ -67,6 +70,8 @@ class _Worker:
             "start": crew.start,
             "every_tic": crew.every_tic,
             "parent": os.getpid(),
+            # The worker makes it and takes it away: it outlives us while its engines start.
+            "scratch": str(self.scratch),
         }
         source = str(Path(study.__file__ or "").parent.parent)
         search = [source, *(path for path in sys.path if path)]
@@ -80,7 +85,6 @@ class _Worker:
                     str(theirs.fileno()),
                     json.dumps(settings),
                 ],
-                cwd=self.scratch,
                 pass_fds=[theirs.fileno()],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
@@ -94,6 +98,8 @@ class _Worker:
                 start_new_session=True,
             )
         self.pipe = Connection(ours.detach())
+        with contextlib.suppress(OSError):
+            self.pipe.send_bytes(crew.wad)
 
     def send(self, request: str) -> None:
         """Ask; whether it was heard shows when the answer is due."""
@@ -122,9 +128,12 @@ class _Worker:
         self.pipe.close()
         if politely:
             with contextlib.suppress(subprocess.TimeoutExpired):
-                self.process.wait(1.0)
+                self.process.wait(_LEAVE_SECONDS)
+        named = memory_of(self.process.pid)
         self.process.kill()
         self.process.wait()
+        for path in named:
+            path.unlink(missing_ok=True)
         shutil.rmtree(self.scratch, ignore_errors=True)
 
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import os
 import shlex
 import sys
-import time
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeGuard
@@ -15,6 +13,7 @@ from typing import Any, TypeGuard
 import numpy as np
 import numpy.typing as npt
 
+from study.tasks._doom.leftovers import forget_memory
 from study.tasks._doom.plane import GRID
 from study.tasks._doom.wad import HEALTH, MAP, PLACED, SET_STATE, SET_VELOCITY_FIRST, TICS
 from study.tasks._doom.wad import TIMESTEPS as TIMESTEPS_DONE
@@ -25,11 +24,6 @@ _DEAF_TICS = 10
 
 _PLACING_TICS = 3
 """A placing takes one tic; more is given before it counts as failed."""
-
-_MEMORY = Path("/dev/shm")  # noqa: S108 - where the engine's library keeps its memory on Linux
-
-_MAKING_SECONDS = 2.0
-"""Memory that is younger may be that of an engine which has not opened it yet."""
 
 Frames = npt.NDArray[np.uint8]
 
@@ -126,7 +120,7 @@ class Engine:
             ]
         )
         self._guarded(game.init)
-        _forget_memory(game.get_instance_id())
+        forget_memory(game.get_instance_id())
         self._values = self._read()
         found = tuple(round(float(value) * GRID) for value in self._values[:2])
         if found != start:
@@ -142,24 +136,18 @@ class Engine:
         """
         x, y = (value * (_FIXED // GRID) for value in (pose.x, pose.y))
         game, before = self._game, self._values[7]
-        self._guarded(
-            game.send_game_command,
-            f"puke {SET_VELOCITY_FIRST} {pose.velocity_x} {pose.velocity_y}",
-        )
-        self._guarded(
-            game.send_game_command, f"puke {SET_STATE} {x} {y} {pose.angle} {pose.health}"
-        )
+        # Of scripts called in one tic the engine runs the last one first.
+        for script in (
+            f"{SET_STATE} {x} {y} {pose.angle} {pose.health}",
+            f"{SET_VELOCITY_FIRST} {pose.velocity_x} {pose.velocity_y}",
+        ):
+            self._guarded(game.send_game_command, f"puke {script}")
         for _ in range(_PLACING_TICS):
             self._advance(Command(forward=False, backward=False, turn=0), 1)
             if self._values[7] != before:
                 break
         found = self.pose()
-        if (found.x, found.y, found.angle, found.health) != (
-            pose.x,
-            pose.y,
-            pose.angle,
-            pose.health,
-        ):
+        if found != pose:
             raise EngineError(f"the robot was put to {pose} and is at {found}")
 
     def step(self, command: Command, frames: Frames | None = None) -> Pose:
@@ -257,33 +245,3 @@ def _launcher(folder: Path, engine: str) -> Path:
     )
     path.chmod(0o700)
     return path
-
-
-def sweep_memory() -> None:
-    """Remove what engines left whose process was killed while they started.
-
-    Only memory that is ours, that no process has open and that is not just being made.
-    """
-    for path in _MEMORY.glob("ViZDoom*"):
-        with contextlib.suppress(OSError):
-            made = path.stat()
-            ours = made.st_uid == os.getuid()
-            if ours and time.time() - made.st_mtime > _MAKING_SECONDS and not _is_open(path):
-                path.unlink()
-
-
-def _is_open(path: Path) -> bool:
-    for maps in Path("/proc").glob("[0-9]*/maps"):
-        with contextlib.suppress(OSError):
-            if str(path) in maps.read_text():
-                return True
-    return False
-
-
-def _forget_memory(instance: str) -> None:
-    """Remove the names of an engine's shared memory, which both sides have open by now.
-
-    The memory then ends with the processes, however they end.
-    """
-    for path in _MEMORY.glob(f"ViZDoom*{instance}"):
-        path.unlink(missing_ok=True)

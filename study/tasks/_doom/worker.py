@@ -7,6 +7,7 @@ closed, and the kernel ends it when the process that started it ends.
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import dataclasses
 import json
@@ -34,19 +35,17 @@ def main() -> None:
     signal.alarm(_START_SECONDS)
     settings: dict[str, Any] = json.loads(sys.argv[2])
     pipe = Connection(int(sys.argv[1]))
-    arena = Arena.open(ArenaPlace(**settings["arena"]))
-    first, last = settings["robots"]
-    scratch = Path.cwd()
-    engines = {}
+    scratch = Path(settings["scratch"])
     try:
-        for robot in range(first, last):
-            engines[robot] = Engine(
-                scratch / "map.wad", arena.place.width, arena.place.height, tuple(settings["start"])
-            )
-            if os.getppid() != settings["parent"]:
-                return
+        scratch.mkdir(mode=0o700)
+        os.chdir(scratch)
+        arena = Arena.open(ArenaPlace(**settings["arena"]))
+        engines = _engines(settings, arena, pipe)
     except EngineError as error:
-        pipe.send_bytes(str(error).encode())
+        with contextlib.suppress(OSError):
+            pipe.send_bytes(str(error).encode())
+        return
+    except (EOFError, OSError):
         return
     finally:
         # Engines have open what they need. What has no name cannot be left behind.
@@ -73,6 +72,25 @@ def main() -> None:
             break
     for engine in engines.values():
         engine.close()
+
+
+def _engines(settings: dict[str, Any], arena: Arena, pipe: Connection) -> dict[int, Engine]:
+    """Start the engines, by robot.
+
+    Raises:
+        EngineError: one does not start, or nobody waits for them any more.
+    """
+    path = Path.cwd() / "map.wad"
+    path.write_bytes(pipe.recv_bytes())
+    engines = {}
+    for robot in range(*settings["robots"]):
+        # Nothing is asked before we are ready: what can be read is the pipe's end.
+        if os.getppid() != settings["parent"] or pipe.poll():
+            raise EngineError("the fleet is gone")
+        engines[robot] = Engine(
+            path, arena.place.width, arena.place.height, tuple(settings["start"])
+        )
+    return engines
 
 
 def _serve(request: str, arena: Arena, engines: dict[int, Engine], *, every_tic: bool) -> None:
