@@ -7,7 +7,6 @@ import dataclasses
 import shlex
 import sys
 from pathlib import Path
-from types import ModuleType
 from typing import Any, TypeGuard
 
 import numpy as np
@@ -70,6 +69,7 @@ class Engine:
 
     Args:
         wad: file that `wad.write_wad` wrote; the working folder takes what the engine writes.
+        launcher: what `write_launcher` wrote.
         width, height: of a frame, pixels.
         start: where the map puts the player, 1/`GRID` map units: shows that it is our map.
 
@@ -77,7 +77,9 @@ class Engine:
         EngineError: the engine does not start, or has loaded another map.
     """
 
-    def __init__(self, wad: Path, width: int, height: int, start: tuple[int, int]) -> None:
+    def __init__(
+        self, wad: Path, launcher: Path, width: int, height: int, start: tuple[int, int]
+    ) -> None:
         import vizdoom  # noqa: PLC0415 - only where engines run
 
         self._failures: tuple[type[Exception], ...] = tuple(
@@ -86,7 +88,7 @@ class Engine:
         button, variable = vizdoom.Button, vizdoom.GameVariable
         game = vizdoom.DoomGame()
         self._game: Any = game
-        game.set_vizdoom_path(str(_launcher(wad.parent, _program(vizdoom))))
+        game.set_vizdoom_path(str(launcher))
         game.set_doom_scenario_path(str(wad))
         game.set_doom_map(MAP.lower())
         game.set_window_visible(False)
@@ -224,17 +226,15 @@ def _is_failure(kind: object) -> TypeGuard[type[Exception]]:
     return isinstance(kind, type) and issubclass(kind, Exception)
 
 
-def _program(vizdoom: ModuleType) -> str:
-    """Return the engine that the package brings."""
-    return str(Path(vizdoom.__file__ or "").parent / "vizdoom")
-
-
-def _launcher(folder: Path, engine: str) -> Path:
+def write_launcher(folder: Path) -> Path:
     """Write a program that runs the engine so that it dies with who started it.
 
     The kernel is asked for that (PR_SET_PDEATHSIG): an engine whose process was killed would
     wait for its next command for ever.
     """
+    import vizdoom  # noqa: PLC0415 - only where engines run
+
+    engine = str(Path(vizdoom.__file__ or "").parent / "vizdoom")
     code = (
         "import ctypes,os,sys;ctypes.CDLL(None).prctl(1,9,0,0,0);os.execv(sys.argv[1],sys.argv[1:])"
     )

@@ -15,17 +15,20 @@ import os
 import shutil
 import signal
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 from study.tasks._doom.arena import Arena, ArenaPlace
-from study.tasks._doom.engine import Command, Engine, EngineError, Pose
+from study.tasks._doom.engine import Command, Engine, EngineError, Pose, write_launcher
 from study.tasks._doom.wad import TICS
 
 READY, DONE = b"ready", b"done"
 _START_SECONDS = 60
 _PARENT_DEATH = 1
+_TOGETHER = 2
+"""So many engines of a worker are waited for at the same time. More were no faster."""
 
 
 def main() -> None:
@@ -55,6 +58,7 @@ def main() -> None:
     signal.alarm(0)
     if os.getppid() != settings["parent"]:
         return
+    pool = ThreadPoolExecutor(_TOGETHER)
     pipe.send_bytes(READY)
     while True:
         try:
@@ -62,7 +66,7 @@ def main() -> None:
         except (EOFError, OSError):
             break
         try:
-            _serve(request.decode(), arena, engines, every_tic=settings["every_tic"])
+            _serve(request.decode(), arena, engines, pool, every_tic=settings["every_tic"])
             answer = DONE
         except EngineError as error:
             answer = str(error).encode()
@@ -82,22 +86,34 @@ def _engines(settings: dict[str, Any], arena: Arena, pipe: Connection) -> dict[i
     """
     path = Path.cwd() / "map.wad"
     path.write_bytes(pipe.recv_bytes())
-    engines = {}
-    for robot in range(*settings["robots"]):
+    launcher = write_launcher(path.parent)
+    place = arena.place
+
+    def start(_: int) -> Engine:
         # Nothing is asked before we are ready: what can be read is the pipe's end.
         if os.getppid() != settings["parent"] or pipe.poll():
             raise EngineError("the fleet is gone")
-        engines[robot] = Engine(
-            path, arena.place.width, arena.place.height, tuple(settings["start"])
-        )
-    return engines
+        return Engine(path, launcher, place.width, place.height, tuple(settings["start"]))
+
+    robots = range(*settings["robots"])
+    with ThreadPoolExecutor(_TOGETHER) as pool:
+        return dict(zip(robots, pool.map(start, robots), strict=True))
 
 
-def _serve(request: str, arena: Arena, engines: dict[int, Engine], *, every_tic: bool) -> None:
+def _serve(
+    request: str,
+    arena: Arena,
+    engines: dict[int, Engine],
+    pool: ThreadPoolExecutor,
+    *,
+    every_tic: bool,
+) -> None:
     """Carry out a request for those of this process's robots that are asked."""
     shown = int(arena.turn[0])
     coming = arena.frames[1 - shown]
-    for robot, engine in engines.items():
+
+    def serve(robot: int) -> None:
+        engine = engines[robot]
         if request == "place":
             if arena.asked[robot]:
                 engine.place(Pose(*arena.poses[robot].tolist()))
@@ -113,6 +129,11 @@ def _serve(request: str, arena: Arena, engines: dict[int, Engine], *, every_tic:
                 engine.copy_frame(coming[robot, -1])
                 coming[robot, : TICS - 1] = coming[robot, -1]
             arena.poses[robot] = dataclasses.astuple(pose)
+
+    # The library waits for its engine without holding the interpreter: while one engine works,
+    # another is told what to do next.
+    for _ in pool.map(serve, engines):
+        pass
 
 
 if __name__ == "__main__":

@@ -59,7 +59,7 @@ def _ambiguous(x: Floats, y: Floats) -> Places:
     for ask in (TERRAIN.in_hazard, TERRAIN.at_pack, TERRAIN.at_goal):
         inside = ask(xs, ys)
         unclear |= inside.any(axis=0) & ~inside.all(axis=0)
-    return unclear
+    return np.asarray(unclear)
 
 
 def _careful(

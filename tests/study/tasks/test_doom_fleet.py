@@ -214,7 +214,7 @@ def _marked(mark: str) -> list[str]:
     return [command for command in found if "resource_tracker" not in command]
 
 
-def _assert_nothing_is_left(mark: str, memory: set[str], scratch: Path) -> None:
+def _assert_nothing_is_left(mark: str, memory: set[Path], scratch: Path) -> None:
     deadline = time.monotonic() + 30
     while left := [*_marked(mark), *({*MEMORY.glob("ViZDoom*")} - memory), *scratch.glob("doom_*")]:
         assert time.monotonic() < deadline, left
