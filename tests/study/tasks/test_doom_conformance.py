@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from extras import need
 from study.events.codes import Outcome
 from study.layouts import named_layout
 from study.tasks import doom, navigation
@@ -17,7 +18,7 @@ from study.tasks.doom import DoomTask
 from study.tasks.navigation import BACKWARD, FORWARD, TURN_LEFT, NavigationTask
 from study.terrain import Terrain
 
-pytest.importorskip("vizdoom", reason="the extra doom (vizdoom) is not installed")
+need("vizdoom")
 
 ROBOTS = 12
 TIMESTEPS = 150

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from extras import need
 from patience import PATIENCE_S
 from study.errors import StudyError
 from study.session.effects import StartFleet, StepFleet
@@ -40,10 +41,6 @@ def test_without_the_extra_a_message_says_what_to_install(monkeypatch: pytest.Mo
     assert "commercial" in str(caught.value)
 
 
-def _needs_engine() -> None:
-    pytest.importorskip("vizdoom", reason="the extra doom (vizdoom) is not installed")
-
-
 def _actions(timestep: int) -> npt.NDArray[np.int32]:
     return np.random.default_rng(timestep).integers(0, 5, ROBOTS).astype(np.int32)
 
@@ -57,7 +54,7 @@ def _step(task: DoomTask, timestep: int) -> list[bytes]:
 
 def test_starts_are_those_of_navigation() -> None:
     """Equal seeds start equally, but for the engine's grid."""
-    _needs_engine()
+    need("vizdoom")
     task, other = doom.create(ROBOTS, {}), navigation.create(ROBOTS, {})
     assert np.abs(task.reset(EVERY, SEEDS) - other.reset(EVERY, SEEDS)).max() < 2e-5
     task.close()
@@ -66,7 +63,7 @@ def test_starts_are_those_of_navigation() -> None:
 @pytest.mark.parametrize("motion", ["exact", "stock"])
 def test_cloned_futures_are_identical(motion: str) -> None:
     """A snapshot put into another fleet leads to the same states, rewards and pictures."""
-    _needs_engine()
+    need("vizdoom")
     first, second = (doom.create(ROBOTS, {"motion": motion}) for _ in range(2))
     assert isinstance(first, SnapshotTask)
     first.reset(EVERY, SEEDS)
@@ -81,7 +78,7 @@ def test_cloned_futures_are_identical(motion: str) -> None:
 
 def test_a_state_is_all_that_the_future_depends_on() -> None:
     """Put by its state alone, a robot sees and does what it did before."""
-    _needs_engine()
+    need("vizdoom")
     first, second = (doom.create(ROBOTS, {}) for _ in range(2))
     assert isinstance(first, PlaceableTask)
     first.reset(EVERY, SEEDS)
@@ -99,7 +96,7 @@ def test_a_state_is_all_that_the_future_depends_on() -> None:
 
 def test_stock_motion_coasts_and_exact_motion_stops() -> None:
     """The option changes what it says it changes."""
-    _needs_engine()
+    need("vizdoom")
     for motion, coasts in (("exact", False), ("stock", True)):
         task = doom.create(1, {"motion": motion})
         one = np.ones(1, np.bool_)
@@ -127,7 +124,7 @@ def _descendants(pid: int) -> list[tuple[int, str]]:
 @pytest.mark.parametrize("seed", range(3))
 def test_killed_and_hung_engines_are_replaced_and_nothing_is_lost(seed: int) -> None:
     """Whatever is killed or stopped, in mid-step or between: the fleet goes on to the last bit."""
-    _needs_engine()
+    need("vizdoom")
     calm, disturbed = (doom.create(ROBOTS, {"patience": 1.0}) for _ in range(2))
     calm.reset(EVERY, SEEDS)
     disturbed.reset(EVERY, SEEDS)
@@ -158,7 +155,7 @@ def test_killed_and_hung_engines_are_replaced_and_nothing_is_lost(seed: int) -> 
 
 def test_tiles_are_marked_while_an_engine_is_replaced() -> None:
     """A window sees through the shared memory who waits, and the last pictures of all."""
-    _needs_engine()
+    need("vizdoom")
     task = doom.create(ROBOTS, {"patience": 0.5})
     task.reset(EVERY, SEEDS)
     window = Arena.open(task.pictures())
@@ -232,7 +229,7 @@ def _assert_nothing_is_left(mark: str, memory: set[Path], scratch: Path) -> None
 )
 def test_however_it_ends_nothing_is_left(ending: str, after: float, tmp_path: Path) -> None:
     """No process, no shared memory and no folder, whether it starts or runs when it ends."""
-    _needs_engine()
+    need("vizdoom")
     mark, memory = uuid.uuid4().hex, {*MEMORY.glob("ViZDoom*")}
     process = subprocess.Popen(
         [sys.executable, "-c", _FLEET, ending, "60" if ending.startswith("SIG") else str(after)],
@@ -255,7 +252,7 @@ def test_in_a_fleets_own_process_it_steps_and_ends_with_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As sessions use it; when that process is killed its engines end too."""
-    _needs_engine()
+    need("vizdoom")
     mark, memory = uuid.uuid4().hex, {*MEMORY.glob("ViZDoom*")}
     monkeypatch.setenv("DOOM_MARK", mark)
     monkeypatch.setenv("TMPDIR", str(tmp_path))
