@@ -29,10 +29,11 @@ from study.layouts import named_layout
 from study.seeding import generator
 from study.tasks import doom
 from study.tasks._doom.coding import to_commands, to_poses
+from study.tasks._doom.conventions import TICS
 from study.tasks._doom.crew import Crew, Numbers
 from study.tasks._doom.engine import Command, Engine, Pose, write_launcher
 from study.tasks._doom.plane import on_grid
-from study.tasks._doom.wad import TICS, Motion, write_wad
+from study.tasks._doom.wad import Motion, write_wad
 
 ROBOTS = 12
 TARGET = 1.8

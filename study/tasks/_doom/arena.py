@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from study.tasks._doom.wad import TICS
+from study.tasks._doom.conventions import TICS
 
 POSE, COMMAND = 6, 3
 """Numbers of an `engine.Pose` and of an `engine.Command`."""

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from study.tasks._doom.arena import COMMAND, POSE
+from study.tasks._doom.conventions import TICS
 from study.tasks._doom.crew import Numbers
 from study.tasks._doom.plane import GRID, UNITS
-from study.tasks._doom.wad import TICS
 from study.tasks._navigation_dynamics import BACKWARD, FORWARD, Exact
 from study.tasks.base import Floats, Ints
 

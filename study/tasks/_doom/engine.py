@@ -12,10 +12,17 @@ from typing import Any, TypeGuard
 import numpy as np
 import numpy.typing as npt
 
+from study.tasks._doom.conventions import (
+    HEALTH,
+    MAP,
+    PLACED,
+    SET_STATE,
+    SET_VELOCITY_FIRST,
+    TICS,
+    TIMESTEPS,
+)
 from study.tasks._doom.leftovers import forget_memory
 from study.tasks._doom.plane import GRID
-from study.tasks._doom.wad import HEALTH, MAP, PLACED, SET_STATE, SET_VELOCITY_FIRST, TICS
-from study.tasks._doom.wad import TIMESTEPS as TIMESTEPS_DONE
 
 _FIXED = 65536
 _DEAF_TICS = 10
@@ -110,7 +117,7 @@ class Engine:
         game.set_available_buttons(
             [button.MOVE_FORWARD, button.MOVE_BACKWARD, button.SPEED, button.TURN_LEFT_RIGHT_DELTA]
         )
-        user = [getattr(variable, f"USER{number}") for number in (HEALTH, TIMESTEPS_DONE, PLACED)]
+        user = [getattr(variable, f"USER{number}") for number in (HEALTH, TIMESTEPS, PLACED)]
         game.set_available_game_variables(
             [
                 variable.POSITION_X,
@@ -123,6 +130,7 @@ class Engine:
         )
         self._guarded(game.init)
         forget_memory(game.get_instance_id())
+        self._look()
         self._values = self._read()
         found = tuple(round(float(value) * GRID) for value in self._values[:2])
         if found != start:
@@ -146,6 +154,7 @@ class Engine:
             self._guarded(game.send_game_command, f"puke {script}")
         for _ in range(_PLACING_TICS):
             self._advance(Command(forward=False, backward=False, turn=0), 1)
+            self._values = self._read()
             if self._values[7] != before:
                 break
         found = self.pose()
@@ -170,6 +179,7 @@ class Engine:
             for frame in frames:
                 self._advance(command, 1)
                 self.copy_frame(frame)
+        self._values = self._read()
         pose = self.pose()
         if self._values[6] != done + 1:
             raise EngineError(f"{self._values[6] - done:.0f} timesteps in {TICS} tics")
@@ -207,12 +217,14 @@ class Engine:
         # Backwards is the engine's running speed, forwards its walking speed: see wad.py.
         buttons = [command.forward, command.backward, command.backward, degrees]
         self._guarded(self._game.make_action, buttons, tics)
-        self._values = self._read()
+        self._look()
 
-    def _read(self) -> list[float]:
+    def _look(self) -> None:
         self._state = self._guarded(self._game.get_state)
         if self._state is None:
             raise EngineError("the engine has ended the game")
+
+    def _read(self) -> list[float]:
         return [float(value) for value in self._state.game_variables]
 
     def _guarded(self, call: Any, *arguments: object) -> Any:  # noqa: ANN401 - of the engine

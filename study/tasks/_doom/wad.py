@@ -11,18 +11,18 @@ import struct
 
 from study.layouts import Layout
 from study.tasks._doom.acs import FIXED, SET_VELOCITY, Op, Program
+from study.tasks._doom.conventions import (
+    HEALTH,
+    LIVE,
+    MAP,
+    PLACED,
+    SET_STATE,
+    SET_VELOCITY_FIRST,
+    TICS,
+    TIMESTEPS,
+)
 from study.tasks._doom.plane import GRID, UNITS, Kind, cut_lines, on_grid, player_radius
 from study.tasks._navigation_parameters import FULL_HEALTH
-
-TICS = 4
-"""Tics a timestep; the engine makes 35 a second."""
-
-MAP = "MAP01"
-SET_STATE, SET_VELOCITY_FIRST, LIVE = 1, 2, 3
-"""The scripts' numbers: put the player somewhere, how fast it then goes, and what runs always."""
-
-HEALTH, TIMESTEPS, PLACED = 1, 2, 3
-"""The user variables that scripts answer in: health (16.16), timesteps done, places set."""
 
 _PHASE, _VELOCITY_X, _VELOCITY_Y = range(3)
 """Variables of the map: tics of this timestep, velocity of the next placing."""

@@ -21,14 +21,14 @@ from pathlib import Path
 from typing import Any
 
 from study.tasks._doom.arena import Arena, ArenaPlace
+from study.tasks._doom.conventions import TICS
 from study.tasks._doom.engine import Command, Engine, EngineError, Pose, write_launcher
-from study.tasks._doom.wad import TICS
 
 READY, DONE = b"ready", b"done"
 _START_SECONDS = 60
 _PARENT_DEATH = 1
 _TOGETHER = 2
-"""So many engines of a worker are waited for at the same time. More were no faster."""
+"""So many engines of a worker start at the same time."""
 
 
 def main() -> None:
@@ -58,7 +58,7 @@ def main() -> None:
     signal.alarm(0)
     if os.getppid() != settings["parent"]:
         return
-    pool = ThreadPoolExecutor(_TOGETHER)
+    pool = ThreadPoolExecutor(1)
     pipe.send_bytes(READY)
     while True:
         try:
@@ -130,10 +130,18 @@ def _serve(
                 coming[robot, : TICS - 1] = coming[robot, -1]
             arena.poses[robot] = dataclasses.astuple(pose)
 
+    def serve_all(robots: list[int]) -> None:
+        for robot in robots:
+            serve(robot)
+
     # The library waits for its engine without holding the interpreter: while one engine works,
     # another is told what to do next.
-    for _ in pool.map(serve, engines):
-        pass
+    robots = list(engines)
+    other = pool.submit(serve_all, robots[1::2])
+    try:
+        serve_all(robots[::2])
+    finally:
+        other.result()
 
 
 if __name__ == "__main__":
