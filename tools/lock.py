@@ -1,6 +1,6 @@
 """Write requirements/lock.txt anew: newest versions that fit pyproject.toml, with hashes.
 
-For all platforms and Pythons from 3.11 on, with every extra, so that every test can run.
+For all platforms and Pythons from 3.11 on, with the extras, so that their tests can run.
 torch is left to requirements/torch.txt.
 """
 
@@ -13,6 +13,8 @@ import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+LEFT_OUT = ("doom",)
+"""Extras that set-up does not install: DOOM's engine may not be used commercially."""
 
 
 def main() -> int:
@@ -21,7 +23,12 @@ def main() -> int:
     wanted = [
         *(item for item in project["project"]["dependencies"] if not item.startswith("torch")),
         # Set-up installs the extras too: small, and the tests need them.
-        *(item for extra in project["project"]["optional-dependencies"].values() for item in extra),
+        *(
+            item
+            for name, extra in project["project"]["optional-dependencies"].items()
+            if name not in LEFT_OUT
+            for item in extra
+        ),
         *project["dependency-groups"]["dev"],
         *(ROOT / "requirements" / "lock.in").read_text().splitlines(),
     ]

@@ -41,6 +41,12 @@ class Transition:
     distances: Exact
 
 
+def wrapped(heading: Exact) -> Exact:
+    """Return headings, float64, in [-pi, pi) as float32 has it."""
+    heading = (heading + np.pi) % (2 * np.pi) - np.pi
+    return np.minimum(np.maximum(heading, -_HALF_TURN), _HALF_TURN)
+
+
 class Dynamics:
     """One timestep as a function of states, actions and noise; it remembers nothing.
 
@@ -81,18 +87,28 @@ class Dynamics:
             noise: float64 [n, 3], errors in x, y and heading in standard deviations.
             distances: float64 [n], driving distances to the goal before, where they are known.
         """
-        before = states.astype(np.float64).T
+        after = self._moved(states.astype(np.float64).T, actions, noise).astype(np.float32)
+        return self.judged(states, after.T, distances)
+
+    def judged(self, states: Floats, after: Floats, distances: Exact | None = None) -> Transition:
+        """Say what it is worth that n robots came from ``states`` to ``after``, however they did.
+
+        Args:
+            states: float32 [n, 4], before the timestep.
+            after: float32 [n, 4], after it.
+            distances: float64 [n], driving distances to the goal before, where they are known.
+        """
         points, terrain = self.parameters.rewards, self.terrain
+        before = states.astype(np.float64).T
         if distances is None:
             distances = terrain.goal_distance(before[0], before[1])
-        after = self._moved(before, actions, noise).astype(np.float32)
-        x, y, _, health = after.astype(np.float64)
+        x, y, _, health = after.T.astype(np.float64)
         lost, at_goal = health <= 0, terrain.at_goal(x, y)
         left = terrain.goal_distance(x, y)
         rewards = points.progress * (distances - left) + points.timestep
         rewards += points.health * (health - before[3])
         rewards += points.lost * lost + points.goal * (at_goal & ~lost)
-        return Transition(after.T, rewards, lost, at_goal, left)
+        return Transition(after, rewards, lost, at_goal, left)
 
     def start_state(self, random: np.random.Generator) -> Floats:
         """Draw a place in the start region's free part, a heading and a health; float32 [4]."""
@@ -142,8 +158,7 @@ class Dynamics:
         wanted_y = (y + travel * np.sin(heading) + error[1]).astype(np.float32)
         x, y = self._slid(x, y, wanted_x.astype(np.float64), wanted_y.astype(np.float64))
 
-        heading = (heading + turn + error[2] + np.pi) % (2 * np.pi) - np.pi
-        heading = np.minimum(np.maximum(heading, -_HALF_TURN), _HALF_TURN)
+        heading = wrapped(heading + turn + error[2])
         health = health - self.parameters.hazard_damage * self.terrain.in_hazard(x, y)
         health += self.parameters.pack_heal * self.terrain.at_pack(x, y)
         return np.array([x, y, heading, np.minimum(np.maximum(health, 0.0), FULL_HEALTH)])

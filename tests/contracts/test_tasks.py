@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from extras import need
 from study.events.codes import Outcome
 from study.events.task_description import TaskDescription
 from study.families import known_members, load_member
@@ -12,6 +13,7 @@ from study.tasks.base import PicturedTask, SnapshotTask, Task
 
 ROBOTS = 5
 EVERY = np.ones(ROBOTS, np.bool_)
+EXTRAS = {"doom": ("vizdoom",)}
 SEEDS = np.arange(10, 10 + ROBOTS, dtype=np.uint64)
 
 
@@ -26,9 +28,10 @@ def _names() -> list[str]:
 
 @pytest.fixture(params=_names())
 def name(request: pytest.FixtureRequest) -> str:
-    """The name of one task."""
+    """The name of one task; one whose extra is missing is skipped aloud."""
     if request.param.startswith("gymnasium:"):
         pytest.importorskip("gymnasium")
+    need(*EXTRAS.get(request.param, ()))
     return str(request.param)
 
 
