@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from study.arena.course import ROBOT_RADIUS, Course
 from study.arena.model import FRAME_HEIGHT, FRAME_WIDTH
-from study.arena.physics import ArenaPhysics
+from study.arena.physics import ArenaPhysics, load_mujoco
 
 Picture = npt.NDArray[np.uint8]
 
@@ -55,10 +55,9 @@ class FrontCameras:
     """
 
     def __init__(self, physics: ArenaPhysics) -> None:
-        import mujoco  # noqa: PLC0415 - an extra; present, since the world is
-
+        mujoco: Any = load_mujoco()
         self._physics = physics
-        self._renderer: Any = mujoco.Renderer(physics.model, FRAME_HEIGHT, FRAME_WIDTH)
+        self._renderer = mujoco.Renderer(physics.model, FRAME_HEIGHT, FRAME_WIDTH)
 
     def picture(self, robot: int) -> Picture:
         """Return one robot's frame, uint8 [`FRAME_HEIGHT`, `FRAME_WIDTH`, 3]."""

@@ -46,7 +46,8 @@ def arena_mjcf(course: Course, robots: int, *, motor_lag_s: float, step_s: float
         f'<option timestep="{step_s!r}" integrator="implicitfast"/>',
         f'<visual><global offwidth="{FRAME_WIDTH}" offheight="{FRAME_HEIGHT}"/>'
         # Shadows and multisampling take most of the time of a frame drawn in software.
-        '<quality shadowsize="0" offsamples="0"/><headlight ambient="0.5 0.5 0.5" diffuse="0.3 0.3 0.3"/><map znear="0.01"/></visual>',
+        '<quality shadowsize="0" offsamples="0"/><map znear="0.01"/>'
+        '<headlight ambient="0.5 0.5 0.5" diffuse="0.3 0.3 0.3"/></visual>',
         _DEFAULTS,
         '<worldbody><light pos="0 0 4" dir="0 0 -1" directional="true"/>',
         *_surroundings(course),
