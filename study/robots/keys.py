@@ -120,7 +120,7 @@ def read_public(path: Path) -> dict[str, str]:
     return _read(path)
 
 
-_HINT = "Make keys with: study robots keys FOLDER"
+_HINT = "Make keys with: study robot-keys FOLDER"
 
 
 def _read(path: Path) -> dict[str, str]:
