@@ -42,6 +42,9 @@ def robot_twin(
     speed: Annotated[
         float, typer.Option(min=0.1, max=20, help="Simulated seconds a second.")
     ] = 1.0,
+    write: Annotated[
+        Path | None, typer.Option(help="File to write that lists the robots, for a protocol.")
+    ] = None,
     *,
     cameras: Annotated[bool, typer.Option("--cameras/--no-cameras", help="Take pictures.")] = True,
 ) -> None:
@@ -53,4 +56,5 @@ def robot_twin(
     """
     from study.robots.twin import TwinSettings, serve  # noqa: PLC0415 - an extra
 
-    serve(TwinSettings(robots, keys, seed=seed, speed=speed, port=port, cameras=cameras))
+    settings = TwinSettings(robots, keys, seed=seed, speed=speed, port=port, cameras=cameras)
+    serve(settings, write)

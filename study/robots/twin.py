@@ -35,6 +35,7 @@ from study.robots.keys import OPERATOR, PUBLIC_FILE, load_zmq, read_pair, read_p
 from study.robots.link import PoseReading, Poses, encode
 from study.robots.simulated_robot import SimulatedCamera, SimulatedMotors
 from study.robots.watchdog import Watchdog
+from study.whole_file import replace_text
 
 MOTION_CAPTURE = "motion_capture"
 POSE_PERIOD_S = 0.01
@@ -138,7 +139,7 @@ class Twin:
         y = start.y + start.height * (row + 0.5) / 3
         self.physics.put(robot, x, y, start.heading)
 
-    def describe(self) -> dict[str, object]:
+    def describe(self) -> dict[str, Any]:
         """Return where everything is, as its first line says it."""
         public = read_public(self.settings.keys / PUBLIC_FILE)
         return {
@@ -244,14 +245,36 @@ class Twin:
         self._cameras.close()
 
 
-def serve(settings: TwinSettings) -> None:
+def robots_file_text(twin: Twin) -> str:
+    """Return the file by which a study finds the twin's robots; see `robots_file`."""
+    operator = (twin.settings.keys / f"{OPERATOR}.toml").resolve()
+    lines = [f"operator_key = {json.dumps(str(operator))}"]
+    where = twin.describe()
+    for robot in where["robots"]:
+        lines += ["", "[[robots]]", *(f"{name} = {json.dumps(robot[name])}" for name in robot)]
+    poses = where["poses"]
+    lines += ["", "[poses]", 'kind = "twin"']
+    lines += [f"{name} = {json.dumps(poses[name])}" for name in poses]
+    return "\n".join(lines) + "\n"
+
+
+def serve(settings: TwinSettings, robots_file: Path | None = None) -> None:
     """Run a twin on standard input and output until input ends.
 
+    Args:
+        settings: how it is made.
+        robots_file: to be written once the robots can be reached; None for none.
+
     Raises:
-        StudyError: it cannot be made.
+        StudyError: it cannot be made, or the file cannot be written.
     """
     twin = Twin(settings)
     try:
+        if robots_file is not None:
+            try:
+                replace_text(robots_file, robots_file_text(twin))
+            except OSError as error:
+                raise StudyError(f"{robots_file}: cannot be written: {error.strerror}") from error
         print(json.dumps(twin.describe()), flush=True)  # noqa: T201 - whoever started it reads this
         commands: queue.SimpleQueue[str] = queue.SimpleQueue()
 
@@ -275,6 +298,7 @@ def main() -> None:
     parser.add_argument("--speed", type=float, default=1.0)
     parser.add_argument("--port", type=int, default=0)
     parser.add_argument("--no-cameras", action="store_true")
+    parser.add_argument("--write", type=Path)
     given = parser.parse_args()
     try:
         serve(
@@ -285,7 +309,8 @@ def main() -> None:
                 speed=given.speed,
                 port=given.port,
                 cameras=not given.no_cameras,
-            )
+            ),
+            given.write,
         )
     except StudyError as error:
         sys.exit(f"{error}")

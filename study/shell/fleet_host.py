@@ -18,12 +18,12 @@ from study.families import load_member
 from study.policies.base import Policy
 from study.scorers.base import Scorer
 from study.session.effects import StartFleet, StepFleet
-from study.tasks.base import FleetStep, Task
+from study.tasks.base import FleetStep, ReportingTask, RobotReport, Task
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class FleetAnswer:
-    """The fields of FleetObserved but its time."""
+    """The fields of FleetObserved but its time, and which robots were stopped meanwhile."""
 
     request_id: int
     states: npt.NDArray[np.float32]
@@ -31,6 +31,7 @@ class FleetAnswer:
     outcomes: npt.NDArray[np.int32]
     policy_actions: npt.NDArray[np.int32]
     scores: npt.NDArray[np.float64]
+    reports: tuple[RobotReport, ...] = ()
 
 
 class FleetHost:
@@ -85,6 +86,7 @@ class FleetHost:
 
     def _advised(self, request_id: int, step: FleetStep) -> FleetAnswer:
         assert self._start is not None  # noqa: S101 - set before every answer
+        task = self._task(self._start.robots)
         policy = self._policy(self._start.policy_id)
         scorer_id = self._start.scorer_id
         scores = (
@@ -99,6 +101,7 @@ class FleetHost:
             outcomes=np.array(step.outcomes, dtype=np.int32),
             policy_actions=policy.actions(step.states, self._random),
             scores=scores,
+            reports=task.take_reports() if isinstance(task, ReportingTask) else (),
         )
 
     def _policy(self, policy_id: str) -> Policy:

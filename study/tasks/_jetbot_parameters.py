@@ -31,12 +31,21 @@ class Parameters(BaseModel):
     wheel_bias: float = Field(
         0.03, ge=0, le=0.3, description="how unlike an episode's wheels are, part of their speed"
     )
+    link: str = Field(
+        "",
+        max_length=500,
+        description="file that lists the robots, simulated or real, to be driven over the robot "
+        "link; empty: simulated within the study",
+    )
     lap: float = Field(1.0, ge=-1000, le=1000, description="points of a lap")
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.horizon < 1:
             raise ValueError("an episode must last one timestep at least")
+        if self.link and self.timesteps_per_second < 6:
+            # A robot is driven on between two actions for 0.2 s only.
+            raise ValueError("over the robot link there must be 6 timesteps a second at least")
         return self
 
     @property

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -33,6 +33,9 @@ from study.tasks._jetbot_parameters import (
     Parameters,
 )
 from study.tasks.base import FleetStep, Floats, Ints, Mask, Seeds
+
+if TYPE_CHECKING:
+    from study.tasks._jetbot_linked import LinkedJetbotTask
 
 __all__ = ["OUT_OF_PROCESS", "JetbotTask", "Parameters", "create", "describe"]
 
@@ -79,12 +82,16 @@ def describe(parameters: Mapping[str, object] | Parameters) -> TaskDescription:
         rewards=(RewardTerm("lap", settings.lap, "each lap", "round both buckets, anticlockwise"),),
         scene=course.scene(),
         map_grid=None,
-        resimulable="exact",
+        resimulable="no" if settings.link else "exact",
     )
 
 
-def create(robots: int, parameters: Mapping[str, object] | Parameters) -> JetbotTask:
+def create(
+    robots: int, parameters: Mapping[str, object] | Parameters
+) -> JetbotTask | LinkedJetbotTask:
     """Make a fleet; every robot awaits its first reset.
+
+    With a link, the robots are connected, and all must be live.
 
     Args:
         robots: number of robots, n, 1 to `study.arena.course.MOST_ROBOTS`.
@@ -92,9 +99,14 @@ def create(robots: int, parameters: Mapping[str, object] | Parameters) -> Jetbot
 
     Raises:
         pydantic.ValidationError: a parameter is unknown or has no allowed value.
-        StudyError: MuJoCo is not installed, or there are too many robots.
+        StudyError: an extra is not installed, there are too many robots, or one is not live.
     """
-    return JetbotTask(robots, Parameters.model_validate(parameters))
+    settings = Parameters.model_validate(parameters)
+    if settings.link:
+        from study.tasks._jetbot_linked import LinkedJetbotTask  # noqa: PLC0415 - threads, sockets
+
+        return LinkedJetbotTask(robots, settings, describe(settings))
+    return JetbotTask(robots, settings)
 
 
 class JetbotTask:

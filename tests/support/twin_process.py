@@ -36,6 +36,8 @@ class TwinProcess:
     def __init__(self, keys: Path, robots: int, port: int = 0) -> None:
         command = [sys.executable, "-m", "study.robots.twin"]
         options = ["--keys", str(keys), "--robots", str(robots), "--port", str(port)]
+        self.robots_file = keys.parent / "robots.toml"
+        options += ["--write", str(self.robots_file)]
         self.keys = keys
         self.process = subprocess.Popen(
             [*command, *options],
