@@ -9,6 +9,7 @@ import typer
 from rich.markup import escape
 
 from study.commands.terminal import console
+from study.errors import StudyError
 
 MOST_ROBOTS = 12
 
@@ -58,3 +59,32 @@ def robot_twin(
 
     settings = TwinSettings(robots, keys, seed=seed, speed=speed, port=port, cameras=cameras)
     serve(settings, write)
+
+
+RobotsFile = Annotated[Path, typer.Argument(help="File that lists the robots.")]
+
+
+def robot_stop(robots_file: RobotsFile) -> None:
+    """Stop all robots of a file at once, whoever drives them; they stay stopped until released."""
+    _tell(robots_file, stopped=True)
+    console.print("All robots are stopped. Release them with: study robot-release")
+
+
+def robot_release(robots_file: RobotsFile) -> None:
+    """End an emergency stop, once the floor is clear; robots stand until they are driven."""
+    _tell(robots_file, stopped=False)
+    console.print("All robots may be driven.")
+
+
+def _tell(robots_file: Path, *, stopped: bool) -> None:
+    from study.robots.emergency import EmergencyButton  # noqa: PLC0415 - an extra
+
+    with EmergencyButton.of_file(robots_file) as button:
+        missing = button.without_answer(stopped=stopped)
+    if missing:
+        raise StudyError(
+            f"no answer from {', '.join(missing)}",
+            "Without a link a robot's own watchdog stops it; switch it off to be sure."
+            if stopped
+            else "Check that it is switched on, its agent runs, and the key is right.",
+        )

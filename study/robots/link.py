@@ -101,7 +101,7 @@ class EmergencyStop:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Release:
-    """End an emergency; only who holds the robot can."""
+    """End an emergency, whoever says so; the robot stands until it is driven."""
 
     LAYOUT: ClassVar[str] = "Q"
     session: int

@@ -67,7 +67,7 @@ class NatNetPosesPart(_Part):
     rigid_bodies: tuple[int, ...] = Field(description="streaming ids in the robots' order")
     up: Literal["y", "z"] = Field("y", description="Motive's up axis")
     origin: tuple[float, float] = Field((0.0, 0.0), description="the arena's lower left corner, m")
-    multicast: bool = Field(False, description="as set in Motive")
+    multicast: bool = Field(default=False, description="as set in Motive")
 
 
 class RobotsFile(_Part):

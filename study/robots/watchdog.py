@@ -99,17 +99,16 @@ class Watchdog:
             self._emergency = True
             self._drive(0.0, 0.0)
             return self.status(now_ns)
+        if isinstance(message, Release):
+            # A command from before the release does not set off the robot.
+            self._emergency, self._until_ns = False, 0
+            return self.status(now_ns)
         if isinstance(message, Hello):
             return self._greet(sender, message.session, now_ns)
         if sender != self._holder or getattr(message, "session", 0) != self._session:
             return None
         if isinstance(message, Command):
             return self.status(now_ns) if self._obey(message, now_ns) else None
-        if isinstance(message, Release):
-            # A command from before the release does not set off the robot.
-            self._emergency, self._until_ns = False, 0
-            self._heard_ns = now_ns
-            return self.status(now_ns)
         if isinstance(message, Goodbye):
             self._let_go()
         return None

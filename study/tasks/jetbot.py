@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,9 +36,18 @@ from study.tasks._jetbot_parameters import (
 from study.tasks.base import FleetStep, Floats, Ints, Mask, Seeds
 
 if TYPE_CHECKING:
+    from study.robots.emergency import EmergencyButton
     from study.tasks._jetbot_linked import LinkedJetbotTask
 
-__all__ = ["OUT_OF_PROCESS", "JetbotTask", "Parameters", "create", "describe"]
+__all__ = [
+    "OUT_OF_PROCESS",
+    "JetbotTask",
+    "Parameters",
+    "check_live",
+    "create",
+    "describe",
+    "open_emergency",
+]
 
 OUT_OF_PROCESS = True
 """A timestep of three robots takes a millisecond or two, pictures more."""
@@ -107,6 +117,35 @@ def create(
 
         return LinkedJetbotTask(robots, settings, describe(settings))
     return JetbotTask(robots, settings)
+
+
+def open_emergency(parameters: Mapping[str, object] | Parameters) -> EmergencyButton | None:
+    """Return what stops the robots behind a link, whoever drives them; None without a link.
+
+    Raises:
+        StudyError: the robots' file or a key is missing or wrong.
+    """
+    settings = Parameters.model_validate(parameters)
+    if not settings.link:
+        return None
+    from study.robots.emergency import EmergencyButton  # noqa: PLC0415 - sockets
+
+    return EmergencyButton.of_file(Path(settings.link))
+
+
+def check_live(parameters: Mapping[str, object] | Parameters) -> None:
+    """See that every robot behind a link, its camera and its pose are live; then let them go.
+
+    Raises:
+        StudyError: they are not; the message says what of which robot.
+    """
+    settings = Parameters.model_validate(parameters)
+    if settings.link:
+        from study.robots.robots_file import open_fleet  # noqa: PLC0415 - threads, sockets
+
+        fleet = open_fleet(Path(settings.link))
+        fleet.connect()
+        fleet.disconnect()
 
 
 class JetbotTask:

@@ -8,12 +8,12 @@ import time
 from collections.abc import Iterator
 
 import pytest
+
 from extras import need
 from natnet_server import NatNetServer
-from twin_process import wait_until
-
 from study.errors import StudyError
 from study.robots.poses import NatNetPoses
+from twin_process import wait_until
 
 need("natnet", "zmq")
 
@@ -64,7 +64,7 @@ def test_bodies_become_poses(
 def test_a_body_that_is_lost_grows_old(server: NatNetServer) -> None:
     """Motive sends a lost body on where it was last; that is no sight of it."""
     upright = (0.0, 0.0, 0.0, 1.0)
-    server.bodies = {body: ((1.0, 0.0, 1.0), upright, True) for body in (11, 12)}
+    server.bodies = dict.fromkeys((11, 12), ((1.0, 0.0, 1.0), upright, True))
     poses = source(server)
     poses.connect()
     try:

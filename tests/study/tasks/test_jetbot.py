@@ -26,6 +26,7 @@ EXACT = {"noise": 0.0, "wheel_bias": 0.0}
 def fleet(robots: int, **parameters: object) -> jetbot.JetbotTask:
     """Return a fleet just reset."""
     task = jetbot.create(robots, parameters)
+    assert isinstance(task, jetbot.JetbotTask)
     task.reset(np.ones(robots, np.bool_), np.arange(robots, dtype=np.uint64))
     return task
 
@@ -65,7 +66,7 @@ def test_noise_comes_from_the_seed() -> None:
     """The same seed drives the same way to the bit, another one does not."""
     ends = []
     for seed in (1, 1, 2):
-        task = jetbot.create(1, {})
+        task = fleet(1)
         task.reset(np.ones(1, np.bool_), np.array([seed], np.uint64))
         ends.append(drive(task, [FORWARD], 20).tobytes())
     assert ends[0] == ends[1] != ends[2]

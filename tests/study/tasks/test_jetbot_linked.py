@@ -8,18 +8,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from extras import need
 from lap_driver import FORWARD, IDLE, TURN_LEFT
-from twin_process import TwinProcess, running_twin
-
 from study.errors import StudyError
 from study.events.codes import Outcome
 from study.robots import robots_file
+from study.robots.emergency import EmergencyButton
+from study.robots.fleet import RobotFleet
 from study.robots.safety import Bounds
 from study.session.effects import StartFleet, StepFleet
 from study.shell.fleet_host import FleetHost
 from study.tasks import jetbot
-from study.tasks.base import ReportingTask
+from study.tasks.base import ReportingTask, RobotReport
+from twin_process import TwinProcess, running_twin
 
 need("mujoco", "zmq")
 
@@ -32,9 +34,8 @@ SEEDS = np.zeros(ROBOTS, np.uint64)
 def twin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[TwinProcess]:
     """A twin, and bounds that a busy test run keeps."""
     wide = Bounds(link=0.6, pose=0.5, camera=1.5)
-    made = robots_file.RobotFleet
     monkeypatch.setattr(
-        robots_file, "RobotFleet", lambda clients, poses: made(clients, poses, wide)
+        robots_file, "RobotFleet", lambda clients, poses: RobotFleet(clients, poses, wide)
     )
     with running_twin(tmp_path / "keys", ROBOTS) as running:
         yield running
@@ -72,7 +73,7 @@ def test_fleets_of_two_sizes_share_robots_and_faults_are_reported(twin: TwinProc
         for robots in (1, 2):
             host.answer(StartFleet(1, 1, robots, SEEDS[:robots], "uniform_random", 0, ""))
         twin.tell("pose_lost 1 on")
-        reports = []
+        reports: list[RobotReport] = []
         for number in range(16):
             step = StepFleet(
                 number + 10,
@@ -87,6 +88,35 @@ def test_fleets_of_two_sizes_share_robots_and_faults_are_reported(twin: TwinProc
         assert "robot 2 stopped" in reports[0].text
     finally:
         host.close()
+
+
+def test_the_emergency_button_stops_robots_that_are_driven(twin: TwinProcess) -> None:
+    """Pressed beside a fleet that drives on, it stops all; released, they drive again."""
+    settings = {"link": str(twin.robots_file)}
+    jetbot.check_live(settings)
+    button = jetbot.open_emergency(settings)
+    assert isinstance(button, EmergencyButton)
+    task = jetbot.create(ROBOTS, settings)
+    assert isinstance(task, ReportingTask)
+    forward = np.full(ROBOTS, FORWARD, np.int32)
+    try:
+        task.reset(EVERY, SEEDS)
+        task.step(forward, EVERY)
+        button.press()
+        for _ in range(4):
+            before = task.step(forward, EVERY).states
+        for _ in range(3):
+            step = task.step(forward, EVERY)
+        assert np.abs(step.states - before).max() < 0.005
+        reasons = [report.reason for report in task.take_reports() if report.stopped]
+        assert reasons == ["emergency"] * ROBOTS
+        assert button.without_answer(stopped=False) == []
+        for _ in range(12):
+            step = task.step(forward, EVERY)
+        assert (step.states[:, 0] - before[:, 0] > 0.05).all()
+    finally:
+        task.close()
+        button.close()
 
 
 def test_too_few_robots_are_told(twin: TwinProcess) -> None:
