@@ -21,6 +21,7 @@ LIGHT = {
     "study.session.session": (*HEAVY, "mcap", "study.recording", "study.shell", "study.simulated"),
     "study.commands.main": (*HEAVY, "pandas", "analysis", "study.shell.window"),
     "study.verification": HEAVY,
+    "study.robots.on_jetbot": (*HEAVY, "numpy", "pydantic", "mujoco", "study.session"),
     "analysis.commands.main": (*HEAVY, "study.session", "study.shell", "study.tasks"),
     "analysis.report": (*HEAVY, "study.session", "study.shell", "study.commands"),
 }

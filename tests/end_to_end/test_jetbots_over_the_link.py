@@ -43,10 +43,8 @@ def test_a_session_survives_what_befalls_its_robots(tmp_path: Path) -> None:
         protocol = jetbots(tmp_path, twin.robots_file)
         troubles = Troubles(twin)
         threading.Timer(6.0, troubles.start).start()
-        done = study(
-            *("simulate", protocol, "--participants", "1", "-o", tmp_path / "out"),
-            environment=ENVIRONMENT,
-        )
+        arguments = ("simulate", protocol, "--participants", "1", "-o", tmp_path / "out")
+        done = study(*arguments, environment=ENVIRONMENT)
         troubles.ending.set()
         assert done.returncode == 0, done.stderr
     path = next((tmp_path / "out").glob("*.mcap"))
@@ -62,7 +60,7 @@ def test_a_session_survives_what_befalls_its_robots(tmp_path: Path) -> None:
         if isinstance(record, Deviation) and record.code == "robot_stopped"
     ]
     assert len(deviations) == sum(report.stopped for report in reports)
-    replayed = study("replay", path, environment=ENVIRONMENT)
+    replayed = study("replay", "--verify", path, environment=ENVIRONMENT)
     assert replayed.returncode == 0, replayed.stderr + replayed.stdout
 
 
