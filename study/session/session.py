@@ -179,6 +179,8 @@ class Session:
         elif isinstance(given, RecordingRestored):
             self._recording_restored(given, out)
         elif isinstance(given, SessionResumed):
+            # Its robots were connected anew.
+            context.knowledge.held_robots.clear()
             self._go_back(given, out)
         elif isinstance(given, RobotReported):
             take_report(given, context, self._trial_id, out)
