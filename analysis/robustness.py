@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
@@ -15,6 +15,7 @@ from analysis.statistics.equivalence import equivalence
 from analysis.statistics.friedman import friedman
 from analysis.statistics.latin_square import LatinSquare, latin_square
 from analysis.statistics.leave_one_out import LeaveOneOut, leave_one_out
+from analysis.statistics.mixed.model import MixedModel
 from analysis.statistics.normality import shapiro_wilk
 from analysis.statistics.permutation import sign_flip
 from analysis.statistics.result import Check, EffectResult, Outcome, Refusal
@@ -79,14 +80,13 @@ def reward_tests(trials: pd.DataFrame, cells: Cells) -> RewardTests:
         trials: rows that enter, of any participant with a trial under a condition compared.
         cells: participants' means; of those with trials under every condition.
     """
-    period = trials["block"].astype("int64")
     levels = cells.levels
-    model = trial_model(trials.assign(period=period), levels)
+    model = model_of_trials(trials, levels)
     several = len(levels) > 2
-    means = rm_anova(cells, "Participant means (RM-ANOVA)") if several else rm_anova(cells)
+    means = means_test(cells)
     by_trial = model if isinstance(model, Refusal) else _named(model.test("condition"))
     others: list[Outcome] = []
-    if _trials_missing(trials, cells) and isinstance(by_trial, EffectResult):
+    if trials_missing(trials, cells) and isinstance(by_trial, EffectResult):
         primary: Outcome = dataclasses.replace(by_trial, role="primary")
         if isinstance(means, EffectResult):
             others.append(dataclasses.replace(means, role="sensitivity"))
@@ -106,6 +106,37 @@ def reward_tests(trials: pd.DataFrame, cells: Cells) -> RewardTests:
         if primary.method == "Kenward-Roger" and not isinstance(model, Refusal):
             pairs = tuple(_pair(test) for test in model.contrasts)
     return RewardTests(primary, tuple(others), means, pairs)
+
+
+def primary_test(trials: pd.DataFrame, cells: Cells) -> Outcome:
+    """Return the primary test alone, the one of `reward_tests`, without computing the others.
+
+    Args:
+        trials: as for `reward_tests`.
+        cells: participants' means.
+    """
+    if trials_missing(trials, cells):
+        model = model_of_trials(trials, cells.levels)
+        if not isinstance(model, Refusal):
+            return dataclasses.replace(_named(model.test("condition")), role="primary")
+    return means_test(cells)
+
+
+def means_test(cells: Cells) -> Outcome:
+    """Test the participants' means."""
+    several = len(cells.levels) > 2
+    return rm_anova(cells, "Participant means (RM-ANOVA)") if several else rm_anova(cells)
+
+
+def model_of_trials(trials: pd.DataFrame, levels: Sequence[str]) -> MixedModel | Refusal:
+    """Fit the model of the trials; the place of a block in the session is its period."""
+    return trial_model(trials.assign(period=trials["block"].astype("int64")), levels)
+
+
+def trials_missing(trials: pd.DataFrame, cells: Cells) -> bool:
+    """Return whether somebody has fewer trials under a condition than others, or none."""
+    unlike = cells.counts.size > 0 and bool(cells.counts.max() > cells.counts.min())
+    return unlike or not set(trials["participant"].astype(str)) <= set(cells.participants)
 
 
 def robustness(cells: Cells, means: Outcome, bound: float | None) -> Robustness | None:
@@ -155,9 +186,3 @@ def _pair(test: EffectResult) -> EffectResult:
 
 def _named(result: EffectResult) -> EffectResult:
     return dataclasses.replace(result, name=f"Mixed model of trials, {result.method}")
-
-
-def _trials_missing(trials: pd.DataFrame, cells: Cells) -> bool:
-    """Return whether somebody has fewer trials under a condition than others, or none."""
-    unlike = cells.counts.size > 0 and bool(cells.counts.max() > cells.counts.min())
-    return unlike or not set(trials["participant"].astype(str)) <= set(cells.participants)

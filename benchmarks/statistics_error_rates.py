@@ -40,6 +40,7 @@ from analysis.statistics.latin_square import LatinSquare, latin_square
 from analysis.statistics.mixed.model import MixedModel, mixed_model
 from analysis.statistics.permutation import sign_flip
 from analysis.statistics.pooled_trials import condition_and_trial, condition_trial_order
+from analysis.statistics.proportion import wilson
 from analysis.statistics.result import EffectResult, Outcome, Refusal
 from analysis.statistics.rm_anova import rm_anova
 from analysis.statistics.trial_model import trial_model
@@ -209,16 +210,6 @@ def _p(outcome: Outcome | None) -> float:
     return outcome.p if isinstance(outcome, EffectResult) else math.nan
 
 
-def wilson(hits: int, n: int) -> tuple[float, float]:
-    """Return Wilson's 95 % interval of a share."""
-    if n == 0:
-        return 0.0, 1.0
-    z, share = 1.959964, hits / n
-    middle = (share + z * z / (2 * n)) / (1 + z * z / n)
-    reach = z / (1 + z * z / n) * math.sqrt(share * (1 - share) / n + z * z / (4 * n * n))
-    return max(0.0, middle - reach), middle + reach
-
-
 def main() -> int:
     """Simulate, print, and fail where a recommended test exceeds 5 % beyond Monte-Carlo error."""
     parser = argparse.ArgumentParser(description="Rejection rates of the tests of the report.")
@@ -248,7 +239,8 @@ def main() -> int:
     for test, role in TESTS.items():
         ps, qs = null[test].dropna(), effect[test].dropna()
         hits = int((ps < 0.05).sum())
-        low, high = wilson(hits, len(ps))
+        bounds = wilson(hits / max(len(ps), 1), len(ps))
+        low, high = bounds.low, bounds.high
         rate, power = hits / max(len(ps), 1), float((qs < 0.05).mean())
         shown = f"{100 * rate:5.1f} % [{100 * low:4.1f}, {100 * high:4.1f}]"
         refused = f"{count - len(ps)}, {count - len(qs)}"

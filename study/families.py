@@ -21,15 +21,26 @@ def known_members(package: str) -> list[str]:
 def load_member(package: str, family: str, name: str) -> ModuleType:
     """Import the member of a family that a protocol names.
 
+    A file may stand for many members, as one for all environments of a library. It then has a
+    function ``member`` that makes one from what the name says after a colon.
+
     Args:
         package: "study.tasks", "study.policies" or "study.scorers".
         family: what the user calls it: "task", "policy", "scorer".
-        name: the member's name.
+        name: the member's name: the file's stem, or "STEM:NAME".
 
     Raises:
         UnknownNameError: there is no such file; the message lists those there are.
+        StudyError: the file makes no member of that name.
     """
     known = known_members(package)
-    if name not in known:
+    stem, colon, rest = name.partition(":")
+    if stem not in known:
         raise UnknownNameError(family, name, known)
-    return importlib.import_module(f"{package}.{name}")
+    module = importlib.import_module(f"{package}.{stem}")
+    if not colon:
+        return module
+    if not hasattr(module, "member"):
+        raise UnknownNameError(family, name, known)
+    made: ModuleType = module.member(rest)
+    return made

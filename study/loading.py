@@ -20,6 +20,7 @@ from study.questionnaire import Questionnaire, parse_questionnaire
 from study.validation import validation_problems
 
 MAX_BYTES = 1_000_000
+DIRECTIONS = ("left", "up", "down", "right")
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -169,9 +170,27 @@ def _check_members(protocol: Protocol, problems: list[str]) -> TaskDescription |
     if problems:
         return None
     module = load_member("study.tasks", "task", protocol.task.name)
-    description: TaskDescription = module.describe(protocol.task.parameters)
+    try:
+        description: TaskDescription = module.describe(protocol.task.parameters)
+    except StudyError as error:
+        problems.append(f"task: {error.message}; {error.hint}")
+        return None
+    _check_keys(protocol, description, problems)
     _check_rate(protocol, module, problems)
     return description
+
+
+def _check_keys(protocol: Protocol, description: TaskDescription, problems: list[str]) -> None:
+    """Refuse keys that the task names itself where they mean something else already."""
+    bound = protocol.keys.model_dump()
+    robots: list[str] = bound.pop("robots")
+    taken = {key: f"keys.{name}" for name, key in bound.items()}
+    taken |= dict.fromkeys(robots, "keys.robots")
+    problems += [
+        f'task.parameters.keys: "{key}" is {taken[key]} already; each key does one thing'
+        for key in description.key_actions
+        if key not in DIRECTIONS and key in taken
+    ]
 
 
 def _check_rate(protocol: Protocol, module: ModuleType, problems: list[str]) -> None:
@@ -190,7 +209,7 @@ def _check_member(
 ) -> None:
     try:
         module = load_member(package, family, name)
-    except UnknownNameError as error:
+    except StudyError as error:
         problems.append(f"{path}.name: {error.message}; {error.hint}")
         return
     try:

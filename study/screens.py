@@ -40,7 +40,7 @@ class Tile:
         robot: index from 0; the number on the tile is robot + 1.
         x, y: metres.
         heading: radians, counter-clockwise from +x.
-        health: 0 to 100.
+        health: 0 to 100; 100 where the task has none.
         cue: the one cue shown, or None.
         episode: number of its episode; a new one must not be interpolated from the last.
     """

@@ -94,6 +94,26 @@ def test_no_file_holds(banned: str) -> None:
     assert found == []
 
 
+def test_nothing_listens_on_a_network_but_the_live_view() -> None:
+    """A listener elsewhere is a Unix socket, bound to a path (docs/explanation/threat-model.md).
+
+    Robots listen too, on themselves, for who proves to hold a key.
+    """
+    listening = r"\.bind\(|\bstart_server\(|\bcreate_server\(|\bHTTPServer\(|\bAF_INET"
+    robots = {"study/robots/agent.py", "study/robots/twin.py"}
+    allowed = {"study/foxglove/live_server.py", "study/console/link.py"} | robots
+    found = {
+        str(path.relative_to(ROOT))
+        for path in FILES
+        if path.is_relative_to(ROOT / "study") or path.is_relative_to(ROOT / "analysis")
+        if re.search(listening, path.read_text())
+    }
+    assert found == allowed
+    for path in robots:
+        assert "curve_server = True" in (ROOT / path).read_text()
+    assert "AF_UNIX" in (ROOT / "study/console/link.py").read_text()
+
+
 def test_package_init_files_are_empty() -> None:
     """Importing one module of a package loads no other: the writer starts at once."""
     inits = [path for path in FILES if path.name == "__init__.py"]

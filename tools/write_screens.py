@@ -1,4 +1,7 @@
-"""Write docs/images anew: the screens of the pilot, those it lacks and a replay, in 128 colours."""
+"""Write docs/images anew: the screens of the pilot, those it lacks and a replay, in 128 colours.
+
+Those of Gymnasium's environments need the extra "gymnasium".
+"""
 
 from __future__ import annotations
 
@@ -67,11 +70,15 @@ OTHERS = {
     "pause_held": "pause_held",
 }
 """The same for the protocol that has every screen."""
+CARTS = {"fleet_manual_tiles_6": "cart_pole", "fleet_assisted_operated_only_6": "cart_pole_large"}
+ICE = {"fleet_manual_tiles_6": "frozen_lake", "page_what_is_to_be_done": "frozen_lake_page"}
+ALL = {"pilot": PILOT, "every_screen": OTHERS, "cart_pole": CARTS, "frozen_lake": ICE}
+"""By protocol."""
 
 
 def main() -> int:
     """Draw and reduce; fail if a screen of the docs was not drawn."""
-    for protocol, names in (("pilot", PILOT), ("every_screen", OTHERS)):
+    for protocol, names in ALL.items():
         with tempfile.TemporaryDirectory() as folder:
             pictures = draw_gallery(load_protocol(protocol), Path(folder), [LOOK])
             drawn = {path.stem.partition("_")[2]: path for path in pictures}
@@ -83,7 +90,7 @@ def main() -> int:
                 save_reduced(drawn[name], target)
     with tempfile.TemporaryDirectory() as folder:
         save_reduced(draw_replay(Path(folder)), "replay")
-    print(f"{len(PILOT) + len(OTHERS) + 1} pictures in {IMAGES}")
+    print(f"{sum(map(len, ALL.values())) + 1} pictures in {IMAGES}")
     return 0
 
 

@@ -22,16 +22,26 @@ def export(
     parquet: Annotated[
         bool, typer.Option("--parquet", help="Also every table as Parquet; needs pyarrow.")
     ] = False,
+    minari: Annotated[
+        bool,
+        typer.Option(
+            "--minari",
+            help="Also every episode, and the demonstrations alone, as Minari data sets; needs "
+            "minari and h5py.",
+        ),
+    ] = False,
     pool_protocols: PoolProtocols = False,
 ) -> None:
-    """Write a Psych-DS folder, a wide CSV for JASP and jamovi, and Parquet on request."""
-    from analysis.export import psych_ds  # noqa: PLC0415 - slow to import
+    """Write a Psych-DS folder, a wide CSV for JASP and jamovi, and more on request."""
+    from analysis.export import minari_data, psych_ds  # noqa: PLC0415 - slow to import
     from analysis.results import compute_results  # noqa: PLC0415 - slow to import
 
     console = Console(stderr=True, soft_wrap=True)
     study = open_recordings(recordings, console, pool=pool_protocols)
     with console.status("Exporting"):
         results = compute_results(study, StudyTables(study))
+        # First, because it may need what is not installed.
+        data_sets = minari_data.export(study, output) if minari else ()
         written = psych_ds.export(results, output, long=long, parquet=parquet)
     console.print(
         f"Wrote {len(written.files)} files to {output}. The rows of all {len(written.counts)} "
@@ -39,3 +49,10 @@ def export(
         markup=False,
         highlight=False,
     )
+    for made in data_sets:
+        console.print(
+            f"Minari data set {made.data_set}: {made.episodes} episodes, {made.steps} steps; "
+            f"load it with MINARI_DATASETS_PATH={output / minari_data.FOLDER}",
+            markup=False,
+            highlight=False,
+        )

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Sequence
 
 from analysis.figures.svg import Drawing, Scale
 from analysis.formatting import fraction
+from analysis.statistics.proportion import wilson
 from analysis.statistics.result import Interval
 
 WIDTH = 920.0
 LEFT, RIGHT = 130.0, 640.0
 ROW = 22.0
-Z = 1.959963984540054
-"""The 97.5 % quantile of the standard normal distribution."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -56,13 +54,6 @@ class Accuracy:
         if self.interval is None or self.chance is None:
             return None
         return self.interval.low > self.chance
-
-
-def wilson(share: float, n: int) -> Interval:
-    """Return Wilson's score interval of a share at 95 %."""
-    centre = (share + Z * Z / (2 * n)) / (1 + Z * Z / n)
-    reach = Z * math.sqrt(share * (1 - share) / n + Z * Z / (4 * n * n)) / (1 + Z * Z / n)
-    return Interval(max(0.0, centre - reach), min(1.0, centre + reach))
 
 
 def accuracy_dots(name: str, rows: Sequence[Accuracy]) -> Drawing:

@@ -130,9 +130,9 @@ class Table:
         return frame
 
 
-def _without_point(value: float) -> str:
+def _without_point(value: object) -> str:
     """Write a number in full, a whole one without a point."""
-    return repr(float(value)).removesuffix(".0")
+    return repr(float(str(value))).removesuffix(".0")
 
 
 def _checked(table: str, column: Column, values: object) -> pd.Series[Any]:

@@ -130,6 +130,11 @@ class ArenaPhysics:
             data.qvel[speeds] = 0.0
             data.act[motors] = kept_motors
 
+    def look(self) -> None:
+        """Bring what is drawn up to date with where robots were put; the future stays the same."""
+        self._mujoco.mj_kinematics(self.model, self.data)
+        self._mujoco.mj_camlight(self.model, self.data)
+
     def poses(self) -> Floats:
         """Return x, y (metres) and heading (-pi to pi) of all robots, float64 [n, 3]."""
         seven = self.data.qpos[self._places[:, :7]]

@@ -17,7 +17,7 @@ from rich.progress import (
 )
 
 from study.commands.terminal import console
-from study.errors import StudyError
+from study.workers import checked_jobs
 
 LINES = 20
 """How many lines of progress are written to what is no terminal."""
@@ -56,8 +56,7 @@ def experiment(
     from study.experiment.protocol import SeedSet, load_experiment  # noqa: PLC0415 - slow to import
     from study.experiment.running import missing_trials, run_trials  # noqa: PLC0415
 
-    if jobs == 0:
-        raise StudyError("0 processes", "Give --jobs 1 or more, or -1 for all cores.")
+    checked_jobs(jobs)
     loaded = load_experiment(protocol)
     plan = loaded.protocol.experiment
     folder = output or Path("results") / (plan.name + ("-development" if development else ""))

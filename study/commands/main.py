@@ -12,6 +12,7 @@ from study.commands import (
     gallery,
     lock,
     participants,
+    plan,
     preflight,
     protocol,
     recover,
@@ -44,6 +45,7 @@ app.command("demo")(demo.demo)
 app.command("run")(run.run)
 app.command("console")(console.console)
 app.command("participants")(participants.participants)
+app.command("plan")(plan.plan)
 app.command("simulate")(simulate.simulate)
 app.command("experiment")(experiment.experiment)
 app.command("replay")(replay.replay)

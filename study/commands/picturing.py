@@ -6,7 +6,10 @@ import dataclasses
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
 import pygame
 
 from study.commands.recorded_scorers import recorded_weights
@@ -17,6 +20,7 @@ from study.loading import LoadedProtocol
 from study.messages import Messages
 from study.screens import FleetScreen, PageScreen, PauseScreen, Screen, SurveyScreen, WaitScreen
 from study.session.standstill import HELD
+from study.shell.drawing.pictures import Pictures
 from study.shell.drawing.renderer import Renderer
 from study.shell.fitting import InlineFitter
 from study.shell.virtual_loop import VirtualClock
@@ -25,13 +29,32 @@ MOMENT = 67
 """Timestep of a trial that is pictured; the last one if the trial is shorter."""
 
 
+class Kept(NamedTuple):
+    """A screen as it was shown.
+
+    Attributes:
+        screen: its values.
+        now_ns: when, session time.
+        pictures: of the robots, uint8 [n, height, width, 3]; None if the task took none.
+    """
+
+    screen: Screen
+    now_ns: int
+    pictures: npt.NDArray[np.uint8] | None = None
+
+
 class _Album:
     """Keeps one screen of each kind: of a trial, the one at `MOMENT`."""
 
     def __init__(self, clock: VirtualClock) -> None:
         self._clock = clock
         self._prompts: dict[str, str] = {}
-        self.kept: dict[str, tuple[Screen, int]] = {}
+        self._pictures: npt.NDArray[np.uint8] | None = None
+        self.kept: dict[str, Kept] = {}
+
+    def take(self, pictures: npt.NDArray[np.uint8]) -> None:
+        """Take the pictures that belong to the next screens."""
+        self._pictures = pictures
 
     def keep(self, screen: Screen) -> None:
         """Take in a screen that is shown."""
@@ -42,7 +65,7 @@ class _Album:
             name += "_after_reveal" if again else ""
         late = isinstance(screen, FleetScreen) and screen.timestep > MOMENT
         if name not in self.kept or not late:
-            self.kept[name] = (screen, self._clock.now_ns)
+            self.kept[name] = Kept(screen, self._clock.now_ns, self._pictures)
 
 
 def _name(screen: Screen) -> str:
@@ -80,33 +103,36 @@ class Look:
         return f"{self.size[0]}x{self.size[1]}_{self.ui_scale:g}_{self.messages.locale}"
 
 
-def screens_of(loaded: LoadedProtocol, messages: Messages) -> dict[str, tuple[Screen, int]]:
+def screens_of(loaded: LoadedProtocol, messages: Messages) -> dict[str, Kept]:
     """Run a simulated session whose participant reads these texts.
 
     Returns:
-        One screen of each kind and when it was shown, ns, by name, in order of appearance.
+        One screen of each kind by name, in order of appearance.
     """
     (assignment,) = simulated_assignments(loaded, 1, seed=1)
     clock = VirtualClock()
     album = _Album(clock)
     fitter = InlineFitter(loaded.description, recorded_weights(loaded))
-    run_unrecorded(loaded, assignment, messages, clock, fitter=fitter, on_show=album.keep)
+    run_unrecorded(
+        loaded, assignment, messages, clock,
+        fitter=fitter, on_show=album.keep, on_pictures=album.take,
+    )  # fmt: skip
     album.keep(PauseScreen(reason="", confirm_stop=False, can_erase=True))
     for question in ("confirm_stop", "confirm_erase"):
         asked = PauseScreen(reason="", confirm_stop=question == "confirm_stop", can_erase=True,
                             confirm_erase=question == "confirm_erase")  # fmt: skip
-        album.kept[f"pause_{question}"] = (asked, clock.now_ns)
+        album.kept[f"pause_{question}"] = Kept(asked, clock.now_ns)
     held = PauseScreen(reason=messages.say(HELD), confirm_stop=False, can_erase=True,
                        can_go_on=False)  # fmt: skip
-    album.kept["pause_held"] = (held, clock.now_ns)
+    album.kept["pause_held"] = Kept(held, clock.now_ns)
     return album.kept
 
 
-def draw_screens(screens: dict[str, tuple[Screen, int]], folder: Path, look: Look) -> list[Path]:
+def draw_screens(screens: dict[str, Kept], folder: Path, look: Look) -> list[Path]:
     """Draw screens from their values alone.
 
     Args:
-        screens: and when they are shown, ns, by name.
+        screens: by name.
         folder: where the PNG files go.
         look: how they are drawn.
 
@@ -120,9 +146,12 @@ def draw_screens(screens: dict[str, tuple[Screen, int]], folder: Path, look: Loo
             f"the folder {folder} cannot be made: {error.strerror}", "Choose another with -o."
         ) from error
     pictures = []
-    for number, (name, (screen, now_ns)) in enumerate(screens.items(), start=1):
+    for number, (name, kept) in enumerate(screens.items(), start=1):
         surface = pygame.Surface(look.size)
-        Renderer(look.size, look.ui_scale, look.messages).draw(surface, screen, now_ns)
+        shots = Pictures()
+        shots.take([] if kept.pictures is None else kept.pictures)
+        renderer = Renderer(look.size, look.ui_scale, look.messages, shots)
+        renderer.draw(surface, kept.screen, kept.now_ns)
         pictures.append(folder / f"{number:02d}_{name}.png")
         pygame.image.save(surface, str(pictures[-1]))
     return pictures
@@ -142,7 +171,7 @@ def draw_gallery(loaded: LoadedProtocol, folder: Path, looks: Sequence[Look]) ->
     os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
     pygame.font.init()
     pictures = []
-    of_language: dict[str, dict[str, tuple[Screen, int]]] = {}
+    of_language: dict[str, dict[str, Kept]] = {}
     for look in looks:
         language = look.messages.locale
         if language not in of_language:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 import re
+from contextlib import closing
 from pathlib import Path
 
 import pygame
@@ -16,6 +17,7 @@ from study.enrolment.importing import note_export
 from study.errors import RecordingError, StudyError
 from study.recording.parts import SessionRecording, read_whole_session
 from study.session.opening import texts_of
+from study.shell.replay.camera import Camera
 from study.shell.replay.marks import Marks, read_marks
 from study.shell.replay.picture import Picture, View, size_for
 from study.shell.replay.player import SPEEDS, Player
@@ -65,7 +67,8 @@ def watch(file: Path, wish: Wish) -> None:
     first_ns, _ = _span(wish, marks)
     player = Player(marks, first_ns, wish.speed)
     messages = texts_of(marks.language)
-    Viewer(tape, marks, player, wish.view, messages, wish.size, wish.ui_scale).run()
+    with closing(Camera()) as camera:
+        Viewer(tape, marks, player, wish.view, messages, wish.size, wish.ui_scale, camera).run()
     _tell_end(tape)
 
 
@@ -88,9 +91,12 @@ def film(file: Path, wish: Wish, target: Path) -> bool:
     size = (width, height) if wish.size else (width + width % 2, height + height % 2)
     check_target(target, size)
     messages = texts_of(marks.language)
-    picture = Picture(size, marks, wish.view, messages, wish.ui_scale)
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
-    with Progress(*columns, TimeRemainingColumn(), console=errors, transient=True) as progress:
+    with (
+        closing(Camera()) as camera,
+        Progress(*columns, TimeRemainingColumn(), console=errors, transient=True) as progress,
+    ):
+        picture = Picture(size, marks, wish.view, messages, wish.ui_scale, camera)
         bar = progress.add_task("Writing the video", total=cut.frames)
         write_video(tape, picture, cut, target, lambda done: progress.update(bar, completed=done))
     try:

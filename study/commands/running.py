@@ -253,6 +253,7 @@ def _run(
             fitter,
             epoch_ns=clock.epoch_ns,
             waits_for_disk=True,
+            on_pictures=window.pictures.take,
         )
         link = open_link(
             beginning.opened.session_id, tracker, recorder, lambda: clock.epoch_ns + clock.now()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -11,9 +12,18 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from study.commands.composing import lock_warning
 from study.commands.terminal import console, errors
-from study.errors import StudyError
 from study.loading import load_protocol
-from study.simulated.parameters import Driver
+from study.simulated.parameters import Driver, stated_parameters
+from study.workers import checked_jobs
+
+Stated = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        help="A parameter that all simulated participants have, NAME=VALUE, such as "
+        "glance_tiles=3; several times for several. The others are drawn.",
+    ),
+]
 
 
 def simulate(
@@ -30,9 +40,10 @@ def simulate(
         Driver,
         typer.Option(help="Who drives: a crude person's plan, or the user trained on the task."),
     ] = "planner",
+    stated: Stated = None,
 ) -> None:
     """Run simulated participants through the whole study, on all cores, without a window."""
-    simulate_with_progress(protocol, participants, seed, output, jobs, driver)
+    simulate_with_progress(protocol, participants, seed, output, jobs, driver, stated or ())
 
 
 def simulate_with_progress(
@@ -42,15 +53,16 @@ def simulate_with_progress(
     output: Path,
     jobs: int,
     driver: Driver = "planner",
+    stated: Sequence[str] = (),
 ) -> list[Path]:
     """Simulate a study and show how far it is; return the recordings."""
+    parameters = stated_parameters(stated)
     from study.commands.simulating import (  # noqa: PLC0415 - slow to import
         default_seed,
         simulate_study,
     )
 
-    if jobs == 0:
-        raise StudyError("0 processes", "Give --jobs 1 or more, or -1 for all cores.")
+    checked_jobs(jobs)
     loaded = load_protocol(protocol)
     if warning := lock_warning(loaded):
         errors.print(f"[yellow]{escape(warning)}[/]")
@@ -60,7 +72,9 @@ def simulate_with_progress(
     recordings: list[Path] = []
     with Progress(*columns, TimeElapsedColumn(), console=console) as progress:
         task = progress.add_task("Simulated participants", total=count)
-        for path in simulate_study(str(loaded.path), count, study_seed, output, jobs, driver):
+        for path in simulate_study(
+            str(loaded.path), count, study_seed, output, jobs, driver, parameters
+        ):
             recordings.append(path)
             progress.advance(task)
     people = "participant" if count == 1 else "participants"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from joblib import Parallel, delayed
@@ -35,7 +35,11 @@ BATCH_BYTES = 1 << 16
 
 
 def simulated_assignments(
-    loaded: LoadedProtocol, participants: int, seed: int, driver: Driver = "planner"
+    loaded: LoadedProtocol,
+    participants: int,
+    seed: int,
+    driver: Driver = "planner",
+    stated: Mapping[str, float] | None = None,
 ) -> list[Assignment]:
     """Return the assignments of a simulated study: orders in turn, so that they balance."""
     user = trained_user_of(loaded) if driver == "trained_user" else None
@@ -49,7 +53,7 @@ def simulated_assignments(
             order=orders[index % len(orders)],
             planned_index=index,
             operator_kind="simulated",
-            operator_json=_operator_json(seed, index, driver, user),
+            operator_json=_operator_json(seed, index, driver, user, stated),
         )
         for index in range(participants)
     ]
@@ -68,9 +72,15 @@ def trained_user_of(loaded: LoadedProtocol) -> TrainedUser:
     return TrainedUser.shipped(task.name, settings.model_dump(mode="json"))
 
 
-def _operator_json(seed: int, index: int, driver: Driver, user: TrainedUser | None) -> str:
+def _operator_json(
+    seed: int,
+    index: int,
+    driver: Driver,
+    user: TrainedUser | None,
+    stated: Mapping[str, float] | None,
+) -> str:
     """Return what made a simulated operator: the study's seed and the parameters drawn from it."""
-    drawn = draw_parameters(seed, index, driver).model_dump(mode="json")
+    drawn = draw_parameters(seed, index, driver, stated).model_dump(mode="json")
     made_of = {"study_seed": seed, **drawn}
     if user is not None:
         made_of["user_sha256"] = user.sha256
@@ -84,6 +94,7 @@ def simulate_session(
     folder: Path,
     *,
     driver: Driver = "planner",
+    stated: Mapping[str, float] | None = None,
     batch_bytes: int = BATCH_BYTES,
 ) -> Path:
     """Run one simulated participant through the whole session.
@@ -94,6 +105,7 @@ def simulate_session(
         study_seed: seed from which the operator's parameters were drawn.
         folder: where the recording goes.
         driver: who drives; the assignment says the same.
+        stated: parameters that are not drawn; the assignment says the same.
         batch_bytes: bytes of records sent together; 0 sends each at once.
 
     Returns:
@@ -113,7 +125,7 @@ def simulate_session(
         conductor.observe(clock_pair(0))
         conductor.feed(opened)
         operator = SimulatedOperator(
-            draw_parameters(study_seed, assignment.planned_index, driver),
+            draw_parameters(study_seed, assignment.planned_index, driver, stated),
             stream_seed(assignment.seed, "operator"),
             trained_user_of(loaded) if driver == "trained_user" else None,
         )
@@ -132,6 +144,7 @@ def simulate_study(
     folder: Path,
     jobs: int,
     driver: Driver = "planner",
+    stated: Mapping[str, float] | None = None,
 ) -> Iterator[Path]:
     """Simulate a study; yield each recording as it is finished.
 
@@ -142,11 +155,12 @@ def simulate_study(
         folder: where the recordings go.
         jobs: processes at once; -1 for all cores.
         driver: who drives.
+        stated: parameters that all of them have; the others are drawn.
     """
     loaded = load_protocol(protocol)
     tasks = (
-        delayed(simulate_session)(protocol, assignment, seed, folder, driver=driver)
-        for assignment in simulated_assignments(loaded, participants, seed, driver)
+        delayed(simulate_session)(protocol, assignment, seed, folder, driver=driver, stated=stated)
+        for assignment in simulated_assignments(loaded, participants, seed, driver, stated)
     )
     yield from Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)(tasks)
 

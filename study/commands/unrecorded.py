@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+import numpy.typing as npt
+
 from study.commands.composing import Assignment, session_opened
 from study.events.fields import Record
 from study.loading import LoadedProtocol
@@ -46,6 +49,7 @@ def run_unrecorded(
     *,
     fitter: Fitter,
     on_show: Callable[[Screen], None],
+    on_pictures: Callable[[npt.NDArray[np.uint8]], None] | None = None,
     recorder: NoRecorder | None = None,
 ) -> Session:
     """Run a session with a simulated participant in virtual time.
@@ -58,6 +62,8 @@ def run_unrecorded(
         fitter: what fits.
         on_show: called with every screen, that of the consent first: simulated participants are
             not asked.
+        on_pictures: called with the pictures that the task took of its robots, before the screen
+            that they belong to; None if nobody looks.
         recorder: sees the records; None if nobody looks at them.
 
     Returns:
@@ -79,6 +85,7 @@ def run_unrecorded(
             epoch_ns=0,
             waits_for_disk=False,
             on_show=on_show,
+            on_pictures=on_pictures,
         )
         operator = SimulatedOperator(
             draw_parameters(1, 0), stream_seed(assignment.seed, "operator")

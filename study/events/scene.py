@@ -41,6 +41,8 @@ class Scene:
         plate: the rectangle (x, y, width, height) that holds no room: a tile writes its
             number there. ``None`` where the map fills its bounds.
         robot_radius: metres.
+        camera: whether tiles show pictures that the task takes of its robots; the map is then
+            empty, and gives only their shape.
     """
 
     width: float
@@ -49,3 +51,4 @@ class Scene:
     discs: tuple[DiscMark, ...]
     plate: tuple[float, float, float, float] | None
     robot_radius: float
+    camera: bool = False

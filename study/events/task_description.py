@@ -20,6 +20,7 @@ class StateField:
         low: smallest value.
         high: largest value.
         circular: whether high follows low again (an angle).
+        bounded: whether the range holds; else it is what usual play reaches.
     """
 
     name: str
@@ -27,6 +28,7 @@ class StateField:
     low: float
     high: float
     circular: bool = False
+    bounded: bool = True
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -76,12 +78,15 @@ class TaskDescription:
         x_field, y_field, heading_field, health_field: places of these in the state; -1 if none.
         action_names: names by action number.
         idle_action: the action that does nothing.
-        key_actions: direction ("up", "down", "left", "right") to action number.
+        key_actions: direction ("up", "down", "left", "right"), or the name of another key, to
+            action number.
         horizon: longest episode, timesteps.
         rewards: the points rules.
         scene: the map.
         map_grid: heat-map grid, or None.
         resimulable: "exact" (same platform and lock), "tolerance" or "no".
+        instruction: one sentence for participants on what is to be done; empty where the pages
+            explain the map.
     """
 
     name: str
@@ -99,10 +104,23 @@ class TaskDescription:
     scene: Scene
     map_grid: MapGrid | None
     resimulable: str
+    instruction: str = ""
 
     def to_json(self) -> str:
-        """Encode as JSON with sorted keys."""
-        return json.dumps(dataclasses.asdict(self), sort_keys=True, allow_nan=False)
+        """Encode as JSON with sorted keys.
+
+        What was added to the format later is left out where it says nothing, so that descriptions
+        of earlier recordings stay the same to the byte.
+        """
+        raw = dataclasses.asdict(self)
+        for part, name, usual in [
+            (raw, "instruction", ""),
+            (raw["scene"], "camera", False),
+            *((field, "bounded", True) for field in raw["state_fields"]),
+        ]:
+            if part[name] == usual:
+                del part[name]
+        return json.dumps(raw, sort_keys=True, allow_nan=False)
 
     @classmethod
     def from_json(cls, text: str) -> TaskDescription:
@@ -129,6 +147,7 @@ class TaskDescription:
                         discs=tuple(DiscMark(**item) for item in scene["discs"]),
                         plate=None if plate is None else (plate[0], plate[1], plate[2], plate[3]),
                         robot_radius=scene["robot_radius"],
+                        camera=bool(scene.get("camera", False)),
                     ),
                     "map_grid": None
                     if grid is None

@@ -1,8 +1,7 @@
 """Trials on all cores or on a cluster, each written as it comes; what is there is not run again.
 
 Workers compute and one process writes, so that results do not depend on who computed them, on
-how many there were or in which order they finished. Both ways of running send a function and
-its arguments to processes that were started anew, never forked.
+how many there were or in which order they finished.
 """
 
 from __future__ import annotations
@@ -13,9 +12,7 @@ import platform
 import threading
 import time
 from collections.abc import Iterator, Sequence
-from concurrent.futures import CancelledError
 from pathlib import Path
-from typing import Any
 
 from study.errors import StudyError
 from study.experiment.protocol import LoadedExperiment, SeedSet
@@ -29,10 +26,9 @@ from study.trial_files import (
     write_head,
     write_trial,
 )
+from study.workers import run_pieces
 
 PACKAGES = ("scaled-autonomy", "numpy", "scipy", "torch", "safetensors")
-RETRIES = 5
-"""How often a trial is given to another worker of a cluster after its own died."""
 
 _one_at_a_time = threading.Lock()
 """torch's seeds belong to a process: two trials in threads of one would disturb each other."""
@@ -101,10 +97,13 @@ def run_trials(
     """
     if not trials:
         return
-    finished = (
-        _on_cluster(loaded.text, seeds, trials, scheduler)
-        if scheduler
-        else _on_cores(loaded.text, seeds, trials, jobs)
+    finished = run_pieces(
+        timed_trial,
+        [(loaded.text, seeds, trial) for trial in trials],
+        jobs=jobs,
+        scheduler=scheduler,
+        what="trial",
+        again="Run the command again: finished trials are kept.",
     )
     made_with = versions(loaded.protocol.task.name)
     for trial, tables, seconds in finished:
@@ -128,71 +127,3 @@ def timed_trial(text: str, seeds: SeedSet, trial: int) -> Finished:
         began = time.perf_counter()
         tables = run_trial_from_text(text, seeds, trial)
         return trial, tables, time.perf_counter() - began
-
-
-def _on_cores(text: str, seeds: SeedSet, trials: Sequence[int], jobs: int) -> Iterator[Finished]:
-    from joblib import Parallel, delayed, parallel_config  # noqa: PLC0415
-    from joblib.externals.loky.process_executor import TerminatedWorkerError  # noqa: PLC0415
-
-    tasks = (delayed(timed_trial)(text, seeds, trial) for trial in trials)
-    try:
-        with parallel_config(backend="loky", inner_max_num_threads=1):
-            parallel = Parallel(
-                n_jobs=jobs, return_as="generator_unordered", batch_size=1, pre_dispatch="2*n_jobs"
-            )
-            yield from parallel(tasks)
-    except TerminatedWorkerError as error:
-        raise StudyError(
-            "a worker process was ended from outside, or ran out of memory",
-            "Run the command again: trials that are finished are kept. --jobs runs fewer at once.",
-        ) from error
-
-
-def _on_cluster(
-    text: str, seeds: SeedSet, trials: Sequence[int], address: str
-) -> Iterator[Finished]:
-    try:
-        import distributed  # noqa: PLC0415
-        from distributed.scheduler import KilledWorker  # noqa: PLC0415
-    except ImportError as error:
-        raise StudyError(
-            "a Dask cluster needs the packages dask and distributed",
-            'Install the extra: pip install "scaled-autonomy[cluster]".',
-        ) from error
-    cluster: Any = distributed
-    try:
-        client: Any = cluster.Client(address, timeout="10s", set_as_default=False)
-    except (OSError, ValueError, TimeoutError) as error:
-        raise StudyError(
-            f"no Dask scheduler answers at {address}: {error}",
-            "Start one with dask scheduler, and give its address, such as tcp://host:8786.",
-        ) from error
-    with client:
-        if not client.scheduler_info(n_workers=-1).get("workers"):
-            raise StudyError(
-                f"the Dask cluster at {address} has no workers",
-                f"Start some: dask worker {address} --nthreads 1",
-            )
-        futures = [
-            client.submit(timed_trial, text, seeds, trial, pure=False, retries=RETRIES)
-            for trial in trials
-        ]
-        try:
-            for future in cluster.as_completed(futures, loop=client.loop):
-                finished: Finished = future.result()
-                yield finished
-        except KilledWorker as error:
-            raise StudyError(
-                "the cluster's workers died again and again on one trial",
-                "Look at their memory; run the command again: finished trials are kept.",
-            ) from error
-        except (ImportError, RuntimeError) as error:
-            raise StudyError(
-                f"the cluster's workers cannot run a trial: {str(error).splitlines()[0]}",
-                "Install the same version of the program on every machine.",
-            ) from error
-        except (CancelledError, OSError) as error:
-            raise StudyError(
-                f"the connection to the Dask scheduler at {address} was lost",
-                "Run the command again: finished trials are kept.",
-            ) from error

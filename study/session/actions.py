@@ -10,6 +10,8 @@ from study.events.task_description import TaskDescription
 from study.seat_settings import KeyPart
 
 Actions = npt.NDArray[np.int32]
+DIRECTIONS = ("left", "up", "down", "right")
+"""What a protocol binds keys to; all else that a task names is a key."""
 
 
 def decide_actions(
@@ -47,10 +49,15 @@ def decide_actions(
 
 
 def key_actions(keys: KeyPart, description: TaskDescription) -> dict[str, int]:
-    """Return the action that each key asks for, of those that the task has."""
-    directions = {keys.up: "up", keys.down: "down", keys.left: "left", keys.right: "right"}
+    """Return the action that each key asks for."""
     return {
-        key: description.key_actions[direction]
-        for key, direction in directions.items()
-        if direction in description.key_actions
+        getattr(keys, name) if name in DIRECTIONS else name: action
+        for name, action in description.key_actions.items()
     }
+
+
+def driving_keys(keys: KeyPart, description: TaskDescription) -> tuple[str, ...]:
+    """Return the keys that drive: those of directions first, in the order of the header."""
+    given = description.key_actions
+    directions = tuple(getattr(keys, name) for name in DIRECTIONS if name in given)
+    return (*directions, *(name for name in given if name not in DIRECTIONS))

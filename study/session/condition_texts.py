@@ -78,6 +78,11 @@ def assisted(context: Context, condition: Condition) -> tuple[str, str, tuple[st
             if condition.view == "operated_only"
             else say("You see all robots; the one you drive has a blue frame."),
             say(
+                "After a switch, press your key again. "
+                "Your points are shown when the block is finished."
+            )
+            if context.description.scene.camera
+            else say(
                 "After a switch, press the arrow key again. "
                 "Your points are shown when the block is finished."
             ),

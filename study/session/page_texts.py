@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 from study.protocol import Condition
+from study.session import camera_texts
 from study.session.condition_texts import assisted, key_word, manual, suggested
 from study.session.context import Context
 from study.session.fit_gate import condition_as_run
@@ -75,15 +76,22 @@ def _welcome(context: Context) -> tuple[Page, ...]:
             ),
             action=say("to go on"),
         ),
-        Page(
-            header=say("How it works"),
-            title=say("Bring the robots to their goal"),
-            subtitle=say(
-                "You drive one robot at a time. The others drive themselves, not always well."
-            ),
-            figure="map",
-            action=say("to go on"),
+        _how_it_works(context),
+    )
+
+
+def _how_it_works(context: Context) -> Page:
+    say = context.say
+    camera = context.description.scene.camera
+    return Page(
+        header=say("How it works"),
+        title=say("What is to be done") if camera else say("Bring the robots to their goal"),
+        subtitle=say(
+            "You drive one robot at a time. The others drive themselves, not always well."
         ),
+        paragraphs=camera_texts.how_it_works(context) if camera else (),
+        figure="" if camera else "map",
+        action=say("to go on"),
     )
 
 
@@ -99,7 +107,9 @@ def _practice(context: Context) -> tuple[Page, ...]:
                 "{n} seconds to try the keys. Nothing counts yet.",
                 round(seconds),
             ),
-            paragraphs=(
+            paragraphs=camera_texts.practice(context)
+            if context.description.scene.camera
+            else (
                 say(
                     "Drive through the doors to the flag. Keep out of the hatched hazards; "
                     "a green cross gives health back."
@@ -122,7 +132,9 @@ def _phase_one(context: Context) -> tuple[Page, ...]:
                 "{n} episodes with one robot. It learns from what you do.",
                 context.protocol.phase_one.episodes,
             ),
-            paragraphs=(
+            paragraphs=camera_texts.phase_one(context)
+            if context.description.scene.camera
+            else (
                 say("The robot drives by itself. At first it has no idea and moves at random."),
                 say(
                     "Whenever it goes wrong, hold an arrow key: then it does what you say. "
@@ -149,7 +161,9 @@ def _phase_two(context: Context) -> tuple[Page, ...]:
                 say(
                     "The robots drive as you taught them. Take over the one that you can help most."
                 ),
-                say("The robot you choose stands still unless you drive it."),
+                say("The robot you choose does nothing of its own: you drive it.")
+                if context.description.scene.camera
+                else say("The robot you choose stands still unless you drive it."),
             ),
             figure="choose",
             robots=robots,

@@ -19,6 +19,7 @@ from study.screens import (
     View,
     WaitScreen,
 )
+from study.session.actions import driving_keys
 from study.session.allocation import (
     AnyAllocation,
     AssistedAllocation,
@@ -282,7 +283,7 @@ def _what_is_shown(plan: TrialPlan, allocation: AnyAllocation) -> _Shown:
 def _key_legend(robots: int, allocation: str, context: Context) -> tuple[tuple[str, str], ...]:
     """Return (key, word) pairs in the order of the header."""
     keys, say = context.protocol.keys, context.say
-    legend = [(f"{keys.left} {keys.up} {keys.down} {keys.right}", say("drive"))]
+    legend = [(" ".join(driving_keys(keys, context.description)), say("drive"))]
     if robots > 1 and allocation == "suggested":
         legend.append((keys.accept, say("accept")))
     if robots > 1 and allocation in ("manual", "suggested"):

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from study.errors import RecordingFailedError
 from study.events.events import Event, TrialEnded, TrialStarted
@@ -19,7 +20,7 @@ from study.events.inputs import (
     Input,
     RobotReported,
 )
-from study.screens import Screen
+from study.screens import Screen, WaitScreen
 from study.session.context import Step
 from study.session.effects import (
     Effect,
@@ -71,6 +72,8 @@ class Conductor:
         waits_for_disk: whether EnsureDurable waits; simulated participants lose nothing
             that could not be simulated again.
         on_show: called with every screen that is to be shown.
+        on_pictures: called with the pictures that the task took of its robots, uint8
+            [n, height, width, 3], before the screen that they belong to.
     """
 
     def __init__(
@@ -83,6 +86,7 @@ class Conductor:
         epoch_ns: int,
         waits_for_disk: bool,
         on_show: Callable[[Screen], None] | None = None,
+        on_pictures: Callable[[npt.NDArray[np.uint8]], None] | None = None,
     ) -> None:
         self.session = session
         self._recorder = recorder
@@ -91,6 +95,7 @@ class Conductor:
         self._epoch_ns = epoch_ns
         self._waits_for_disk = waits_for_disk
         self._on_show = on_show
+        self._on_pictures = on_pictures
         self._fleet_request = -1
         self._fits_pending = 0
         self.screen: Screen | None = None
@@ -148,7 +153,9 @@ class Conductor:
                 self._on_show(effect.screen)
         elif isinstance(effect, StartFleet | StepFleet):
             self._fleet_request = effect.request_id
-            self._fleet.request(effect)
+            # Nobody looks at a fleet while a screen asks to wait.
+            looked_at = self._on_pictures is not None and not isinstance(self.screen, WaitScreen)
+            self._fleet.request(effect, pictures=looked_at)
         elif isinstance(effect, RequestFit):
             self._fits_pending += 1
             self._fitter.request(effect)
@@ -211,6 +218,8 @@ class Conductor:
         if fleet is not None and fleet.request_id == self._fleet_request:
             came = True
             self._fleet_request = -1
+            if self._on_pictures and fleet.pictures is not None:
+                self._on_pictures(fleet.pictures)
             self.feed(
                 FleetObserved(
                     t_ns=now(),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
@@ -30,8 +31,8 @@ class Emergency(Protocol):
 class Fleet(Protocol):
     """Answers each request once, in order."""
 
-    def request(self, effect: StartFleet | StepFleet) -> None:
-        """Ask for an effect to be carried out."""
+    def request(self, effect: StartFleet | StepFleet, *, pictures: bool = False) -> None:
+        """Ask for an effect to be carried out; with pictures if the task takes some."""
         ...
 
     def add_artefact(self, artefact_id: str, kind: str, algorithm: str, weights: bytes) -> None:
@@ -47,6 +48,13 @@ class Fleet(Protocol):
         ...
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class LookedAt:
+    """An effect whose answer comes with pictures."""
+
+    effect: StartFleet | StepFleet
+
+
 class InlineFleet:
     """Steps the task in this process: for tasks that take well under a millisecond."""
 
@@ -54,9 +62,9 @@ class InlineFleet:
         self._host = FleetHost(task, parameters)
         self._answer: FleetAnswer | None = None
 
-    def request(self, effect: StartFleet | StepFleet) -> None:
+    def request(self, effect: StartFleet | StepFleet, *, pictures: bool = False) -> None:
         """Carry out the effect at once."""
-        self._answer = self._host.answer(effect)
+        self._answer = self._host.answer(effect, pictures=pictures)
 
     def add_artefact(self, artefact_id: str, kind: str, algorithm: str, weights: bytes) -> None:
         """Make a fit usable."""
@@ -78,9 +86,9 @@ class ProcessFleet:
     def __init__(self, task: str, parameters: Mapping[str, object]) -> None:
         self._worker = Worker(serve_fleet, task, dict(parameters))
 
-    def request(self, effect: StartFleet | StepFleet) -> None:
+    def request(self, effect: StartFleet | StepFleet, *, pictures: bool = False) -> None:
         """Send the effect; the answer comes when it comes."""
-        self._worker.send(effect)
+        self._worker.send(LookedAt(effect) if pictures else effect)
 
     def add_artefact(self, artefact_id: str, kind: str, algorithm: str, weights: bytes) -> None:
         """Make a fit usable; requests are served in order, so no answer is needed."""
@@ -107,6 +115,8 @@ def serve_fleet(task: str, parameters: dict[str, object]) -> Callable[[Any], Any
     def serve(request: Any) -> Any:  # noqa: ANN401 - effects and artefacts
         if isinstance(request, StartFleet | StepFleet):
             return host.answer(request)
+        if isinstance(request, LookedAt):
+            return host.answer(request.effect, pictures=True)
         host.add_artefact(*request)
         return "artefact added"
 

@@ -18,12 +18,18 @@ from study.families import load_member
 from study.policies.base import Policy
 from study.scorers.base import Scorer
 from study.session.effects import StartFleet, StepFleet
-from study.tasks.base import FleetStep, ReportingTask, RobotReport, Task
+from study.tasks.base import FleetStep, PicturedTask, ReportingTask, RobotReport, Task
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class FleetAnswer:
-    """The fields of FleetObserved but its time, and which robots were stopped meanwhile."""
+    """The fields of FleetObserved but its time, and what is only looked at.
+
+    Attributes:
+        pictures: what each robot shows after the step, uint8 [n, height, width, 3]; None unless
+            asked for, or where the task takes none. Neither recorded nor seen by the session.
+        reports: which robots were stopped since the last answer, or may drive again.
+    """
 
     request_id: int
     states: npt.NDArray[np.float32]
@@ -31,6 +37,7 @@ class FleetAnswer:
     outcomes: npt.NDArray[np.int32]
     policy_actions: npt.NDArray[np.int32]
     scores: npt.NDArray[np.float64]
+    pictures: npt.NDArray[np.uint8] | None = None
     reports: tuple[RobotReport, ...] = ()
 
 
@@ -58,10 +65,21 @@ class FleetHost:
         loaded: Any = load_member(package, kind, algorithm).load(weights, self.description)
         (self._policies if kind == "policy" else self._scorers)[artefact_id] = loaded
 
-    def answer(self, effect: StartFleet | StepFleet) -> FleetAnswer:
-        """Carry out one effect."""
-        if isinstance(effect, StartFleet):
-            return self._started(effect)
+    def answer(self, effect: StartFleet | StepFleet, *, pictures: bool = False) -> FleetAnswer:
+        """Carry out one effect.
+
+        Args:
+            effect: what the session asks for.
+            pictures: whether somebody looks: a task that takes pictures is then asked for them.
+        """
+        answer = self._started(effect) if isinstance(effect, StartFleet) else self._stepped(effect)
+        if not pictures or not self.description.scene.camera or self._start is None:
+            return answer
+        task = self._task(self._start.robots)
+        taken = task.pictures() if isinstance(task, PicturedTask) else None
+        return dataclasses.replace(answer, pictures=taken)
+
+    def _stepped(self, effect: StepFleet) -> FleetAnswer:
         assert self._start is not None  # noqa: S101 - the session starts a fleet before it steps it
         task = self._task(self._start.robots)
         step = task.step(effect.actions, effect.active)

@@ -18,6 +18,7 @@ from study.errors import StudyError
 from study.messages import Messages
 from study.screens import Screen, SurveyScreen
 from study.shell.drawing.lettering import clear_fonts
+from study.shell.drawing.pictures import Pictures
 from study.shell.drawing.renderer import Renderer
 from study.shell.keyboard import key_name
 from study.shell.pygame_check import require_pygame_ce
@@ -109,6 +110,9 @@ class Window:
         painter: makes what draws the screens at a size, for a window that a participant does not
             answer in; None for the participant's.
 
+    Attributes:
+        pictures: of the robots, where the task takes some.
+
     Raises:
         StudyError: there is no display, it is too small, or pygame is not pygame-ce.
     """
@@ -149,7 +153,8 @@ class Window:
         self.fullscreen = fullscreen
         scale = check_ui_scale(ui_factor)
         self._answered = painter is None
-        self._make = painter or (lambda size: Renderer(size, scale, messages))
+        self.pictures = Pictures()
+        self._make = painter or (lambda size: Renderer(size, scale, messages, self.pictures))
         self._painter = self._make(self.size)
         self._screen: Screen | None = None
         self._exposed = True

@@ -17,6 +17,7 @@ from study.screens import (
     WaitScreen,
 )
 from study.seeding import generator
+from study.simulated.blind_operator import BlindOperator
 from study.simulated.fleet_operator import FleetOperator
 from study.simulated.keys import KeyStroke, tap
 from study.simulated.parameters import OperatorParameters
@@ -64,7 +65,10 @@ class SimulatedOperator:
         self.parameters = parameters
         random = generator(seed, "simulated_operator")
         self._experience = Experience()
-        self._fleet = FleetOperator(parameters, random, user)
+        self._reader = FleetOperator(parameters, random, user)
+        # A stream of its own, so that nothing changes for who never sees a picture.
+        self._blind = BlindOperator(generator(seed, "blind_operator"))
+        self._fleet: FleetOperator | BlindOperator = self._reader
         self._rater = Rater(parameters, random)
         self._heading = ""
         self._place: tuple[object, ...] = ()
@@ -83,6 +87,7 @@ class SimulatedOperator:
                 self._heading = screen.heading
                 self._experience = Experience()
             self._place = ()
+            self._fleet = self._blind if screen.scene.camera else self._reader
             return self._fleet.act(screen, self._experience, now_ns)
         released = self._fleet.leave()
         return released + self._read(screen, now_ns)

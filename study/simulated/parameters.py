@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from study.errors import StudyError, UnknownNameError
 from study.seeding import generator
 
 Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
@@ -164,8 +166,41 @@ class OperatorParameters(BaseModel):
     )
 
 
+def stated_parameters(texts: Sequence[str]) -> dict[str, float]:
+    """Read parameters that all simulated participants are to have: each text NAME=VALUE.
+
+    Raises:
+        StudyError: no such parameter, no number, or not a possible value.
+    """
+    known = [name for name in OperatorParameters.model_fields if name != "driver"]
+    found: dict[str, float] = {}
+    for text in texts:
+        name, _, number = (part.strip() for part in text.partition("="))
+        if name not in known:
+            raise UnknownNameError("parameter", name, known)
+        try:
+            found[name] = float(number)
+            if not math.isfinite(found[name]):
+                raise ValueError(number)
+            OperatorParameters.model_validate({name: found[name]})
+        except ValidationError as error:
+            problem = error.errors()[0]["msg"]
+            raise StudyError(
+                f"--set {text}: {problem}", "See study/simulated/parameters.py."
+            ) from error
+        except ValueError as error:
+            raise StudyError(
+                f"--set {text}: {number!r} is no number",
+                "Write NAME=VALUE, such as glance_tiles=3.",
+            ) from error
+    return found
+
+
 def draw_parameters(
-    study_seed: int, participant_index: int, driver: Driver = "planner"
+    study_seed: int,
+    participant_index: int,
+    driver: Driver = "planner",
+    stated: Mapping[str, float] | None = None,
 ) -> OperatorParameters:
     """Draw one participant of the simulated population.
 
@@ -176,6 +211,7 @@ def draw_parameters(
         study_seed: seed of the whole simulated study.
         participant_index: number of the participant, from 0.
         driver: who drives; nothing else that is drawn depends on it.
+        stated: parameters that are not drawn but the same for all; the others are drawn as ever.
 
     Returns:
         The parameters; the same for the same arguments.
@@ -214,4 +250,5 @@ def draw_parameters(
     drawn["ease_level"] = round(6.0 + 0.4 * float(random.standard_normal()), 4)
     drawn["response_shift"] = round(0.4 * float(random.standard_normal()), 4)
     glance_tiles = 1 + int(random.choice(3, p=[0.2, 0.6, 0.2]))
-    return OperatorParameters(**drawn, glance_tiles=glance_tiles, driver=driver)
+    settled = {**drawn, "glance_tiles": glance_tiles, "driver": driver, **(stated or {})}
+    return OperatorParameters.model_validate(settled)

@@ -128,6 +128,16 @@ class LinkedJetbotTask:
             for change in self._fleet.take_changes()
         )
 
+    def close(self) -> None:
+        """Let the robots go; they stand. Calling it twice is harmless."""
+        if self._open:
+            self._open = False
+            give_back_fleet(self._path)
+
+
+class PicturedLinkedJetbotTask(LinkedJetbotTask):
+    """The same fleet with its front cameras; a `study.tasks.base.PicturedTask`, too."""
+
     def pictures(self) -> npt.NDArray[np.uint8]:
         """Return each robot's newest camera frame, uint8 [n, height, width, 3]."""
         # A study begins when every camera is live: there is a frame of each.
@@ -139,9 +149,3 @@ class LinkedJetbotTask:
                 if frame is not None
             ]
         )
-
-    def close(self) -> None:
-        """Let the robots go; they stand. Calling it twice is harmless."""
-        if self._open:
-            self._open = False
-            give_back_fleet(self._path)

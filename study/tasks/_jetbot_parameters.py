@@ -31,6 +31,9 @@ class Parameters(BaseModel):
     wheel_bias: float = Field(
         0.03, ge=0, le=0.3, description="how unlike an episode's wheels are, part of their speed"
     )
+    cameras: bool = Field(
+        default=False, description="whether tiles show the front cameras; else the arena from above"
+    )
     link: str = Field(
         "",
         max_length=500,

@@ -102,6 +102,18 @@ class ReportingTask(Task, Protocol):
 
 
 @runtime_checkable
+class PicturedTask(Task, Protocol):
+    """A task that takes pictures of its robots, shown in place of a map.
+
+    Its description's scene says ``camera``.
+    """
+
+    def pictures(self) -> npt.NDArray[np.uint8]:
+        """Return a picture of each robot as it is now, uint8 [n, height, width, 3]."""
+        ...
+
+
+@runtime_checkable
 class PlaceableTask(Task, Protocol):
     """A task whose running robots can be put into any state: values are measured from there."""
 

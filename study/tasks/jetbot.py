@@ -10,6 +10,7 @@ An episode's start, its motors' bias and all its noise come from the robot's see
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -72,6 +73,7 @@ def describe(parameters: Mapping[str, object] | Parameters) -> TaskDescription:
     """
     settings = Parameters.model_validate(parameters)
     course = TWO_BUCKETS
+    scene = course.scene()
     return TaskDescription(
         name="jetbot",
         version=1,
@@ -90,9 +92,12 @@ def describe(parameters: Mapping[str, object] | Parameters) -> TaskDescription:
         key_actions={"up": FORWARD, "down": BACKWARD, "left": TURN_LEFT, "right": TURN_RIGHT},
         horizon=settings.horizon,
         rewards=(RewardTerm("lap", settings.lap, "each lap", "round both buckets, anticlockwise"),),
-        scene=course.scene(),
+        scene=dataclasses.replace(scene, rectangles=(), discs=(), camera=True)
+        if settings.cameras
+        else scene,
         map_grid=None,
         resimulable="no" if settings.link else "exact",
+        instruction="Drive laps round both buckets, anticlockwise." if settings.cameras else "",
     )
 
 
@@ -113,10 +118,11 @@ def create(
     """
     settings = Parameters.model_validate(parameters)
     if settings.link:
-        from study.tasks._jetbot_linked import LinkedJetbotTask  # noqa: PLC0415 - threads, sockets
+        from study.tasks import _jetbot_linked as linked  # noqa: PLC0415 - threads, sockets
 
-        return LinkedJetbotTask(robots, settings, describe(settings))
-    return JetbotTask(robots, settings)
+        made = linked.PicturedLinkedJetbotTask if settings.cameras else linked.LinkedJetbotTask
+        return made(robots, settings, describe(settings))
+    return (PicturedJetbotTask if settings.cameras else JetbotTask)(robots, settings)
 
 
 def open_emergency(parameters: Mapping[str, object] | Parameters) -> EmergencyButton | None:
@@ -174,7 +180,6 @@ class JetbotTask:
             motor_lag_s=parameters.motor_lag,
             step_s=timestep_s / self._steps,
         )
-        self._cameras: Cameras | None = None
         self._states = np.zeros((robots, 4), np.float32)
         # A robot that was never reset counts as ended.
         self._outcomes = np.full(robots, Outcome.TIME_UP, np.int32)
@@ -274,15 +279,6 @@ class JetbotTask:
         )
         self._states[mask] = held[mask]
 
-    def pictures(self) -> npt.NDArray[np.uint8]:
-        """Return each robot's front camera as it is now, uint8 [n, height, width, 3].
-
-        Where the machine has no EGL, the arena from above.
-        """
-        if self._cameras is None:
-            self._cameras = open_cameras(self.physics)
-        return np.stack([self._cameras.picture(robot) for robot in range(self.robots)])
-
     def snapshot(self) -> dict[str, npt.NDArray[Any]]:
         """Return copies of all arrays that determine the future, noise included."""
         kept = {name: array.copy() for name, array in self._memory().items()}
@@ -295,10 +291,7 @@ class JetbotTask:
         self.physics.set_state(snapshot["physics"])
 
     def close(self) -> None:
-        """Free the cameras. Calling it twice is harmless."""
-        if self._cameras is not None:
-            self._cameras.close()
-            self._cameras = None
+        """Do nothing: the task holds memory only."""
 
     def _memory(self) -> dict[str, npt.NDArray[Any]]:
         return {
@@ -309,3 +302,35 @@ class JetbotTask:
             "passed": self._passed,
             "noise": self._noise,
         }
+
+
+class PicturedJetbotTask(JetbotTask):
+    """The same fleet with its front cameras; a `study.tasks.base.PicturedTask`.
+
+    Args:
+        robots: number of robots, n.
+        parameters: motion, time and points.
+
+    Raises:
+        StudyError: MuJoCo is not installed, or there are too many robots.
+    """
+
+    def __init__(self, robots: int, parameters: Parameters) -> None:
+        super().__init__(robots, parameters)
+        self._cameras: Cameras | None = None
+
+    def pictures(self) -> npt.NDArray[np.uint8]:
+        """Return each robot's front camera as it is now, uint8 [n, height, width, 3].
+
+        Where the machine has no EGL, the arena from above.
+        """
+        self.physics.look()
+        if self._cameras is None:
+            self._cameras = open_cameras(self.physics)
+        return np.stack([self._cameras.picture(robot) for robot in range(self.robots)])
+
+    def close(self) -> None:
+        """Free the cameras. Calling it twice is harmless."""
+        if self._cameras is not None:
+            self._cameras.close()
+            self._cameras = None

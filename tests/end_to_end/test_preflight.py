@@ -103,7 +103,7 @@ def test_a_participants_own_sequence_is_rehearsed(tmp_path: Path) -> None:
         register.start(study, "P01")
 
     def rehearsed(participant: str) -> tuple[str, ...]:
-        return _rehearsed(loaded, participant, "", tmp_path).order
+        return _rehearsed(loaded, participant, "", tmp_path, pilot=False).order
 
     assert rehearsed("P01") == second
     assert rehearsed("P02") == first
@@ -114,8 +114,12 @@ def test_a_participants_own_sequence_is_rehearsed(tmp_path: Path) -> None:
         register.reserve(study, [first, second], pseudonym="P03")
         register.start(study, "P03")
     assert rehearsed("P04") == second
-    assert _rehearsed(loaded, "P01", ",".join(first), tmp_path).order == first
-    assert _rehearsed(loaded, "P01", "", tmp_path).seed == seed_from(f"{loaded.sha256} P01")
+    # Pilots are balanced among themselves.
+    assert _rehearsed(loaded, "P04", "", tmp_path, pilot=True).order == first
+    assert _rehearsed(loaded, "P01", ",".join(first), tmp_path, pilot=False).order == first
+    assert _rehearsed(loaded, "P01", "", tmp_path, pilot=False).seed == seed_from(
+        f"{loaded.sha256} P01"
+    )
     with pytest.raises(StudyError, match="cannot be used"):
         rehearsed("../P01")
     with Register(tmp_path) as register:

@@ -23,6 +23,14 @@ def test_members_are_the_files(package: str) -> None:
         assert load_member(package, FAMILIES[package], name).__name__ == f"{package}.{name}"
 
 
+def test_a_file_that_stands_for_many_is_asked_for_one() -> None:
+    """What follows a colon is the file's business; files that stand for one know no colon."""
+    with pytest.raises(UnknownNameError):
+        load_member("study.tasks", "task", "navigation:three_rooms")
+    with pytest.raises(UnknownNameError):
+        load_member("study.tasks", "task", "gym:CartPole-v1")
+
+
 @pytest.mark.parametrize(
     "name", ["base", "__init__", "_network", "", "os", "..errors", "a/b", "Luce"]
 )

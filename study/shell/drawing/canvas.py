@@ -10,6 +10,7 @@ import pygame
 from study.messages import SOURCE, Messages, messages_for
 from study.shell.drawing import palette
 from study.shell.drawing.drawn import Boxed, Part, Watcher, Written, is_crowded
+from study.shell.drawing.kept import Kept
 from study.shell.drawing.lettering import (
     CAP_HEIGHT,
     Align,
@@ -28,7 +29,8 @@ SMALLEST_SCALE = 0.85
 SHRINK = 0.72
 """Text that does not fit may shrink to this share of its size before it counts as clipped."""
 LEADING = 1.42
-LARGEST_BACKGROUNDS = 60
+BACKGROUND_ROOM = 64 << 20
+"""Bytes of all backgrounds together: four that fill the largest window, or many small ones."""
 
 
 def ui_scale(size: tuple[int, int], factor: float = 1.0) -> float:
@@ -75,7 +77,7 @@ class Canvas:
         self._aside = False
         self._moving = False
         self._sprites = Sprites()
-        self._backgrounds: dict[Hashable, pygame.Surface] = {}
+        self._backgrounds = Kept(BACKGROUND_ROOM)
         self._parts: dict[Hashable, Part] = {}
 
     def rescale(self, scale: float) -> None:
@@ -137,8 +139,6 @@ class Canvas:
         """
         found = self._backgrounds.get(key)
         if found is None:
-            if len(self._backgrounds) >= LARGEST_BACKGROUNDS:
-                self._backgrounds.clear()
             found = pygame.Surface(size)
             shown, self.surface = self.surface, found
             before, self._aside = self._aside, True
@@ -146,7 +146,7 @@ class Canvas:
                 paint()
             finally:
                 self.surface, self._aside = shown, before
-            self._backgrounds[key] = found
+            self._backgrounds.keep(key, found)
         return found
 
     def remember(

@@ -192,7 +192,8 @@ def draw_choosing(canvas: Canvas, screen: PageScreen, place: pygame.Rect) -> Non
     left = row.left if row.width < u(640) else row.centerx - (pitch * (shown - 1) + width) / 2
     for column, robot in enumerate(numbers):
         tile = pygame.Rect(round(left + column * pitch), row.top, round(width), height)
-        _small_tile(canvas, tile, robot, chosen=robot == chosen)
+        drawn = screen.scene is None or not screen.scene.camera
+        _small_tile(canvas, tile, robot, chosen=robot == chosen, drawn=drawn)
         if keyed and robot < len(screen.robot_keys):
             name = chrome.key_tokens(screen.robot_keys[robot])[0]
             start = tile.centerx - chrome.cap_width(canvas, name, cap) / 2
@@ -215,8 +216,10 @@ def _ways_to_choose(
     chrome.draw_hints(canvas, ways, tail, left, right, y)
 
 
-def _small_tile(canvas: Canvas, place: pygame.Rect, robot: int, *, chosen: bool) -> None:
-    """Draw a tile reduced to number, frame and robot."""
+def _small_tile(
+    canvas: Canvas, place: pygame.Rect, robot: int, *, chosen: bool, drawn: bool
+) -> None:
+    """Draw a tile reduced to number and frame, and its robot where robots are drawn."""
     u = canvas.u
     if chosen:
         canvas.box(place.inflate(u(12), u(12)), u(6), palette.BLUE)
@@ -235,6 +238,8 @@ def _small_tile(canvas: Canvas, place: pygame.Rect, robot: int, *, chosen: bool)
             min(u(22), size * 0.66), weight="bold", colour=palette.BLUE_DARK, align="centre",
             width=place.right - plate.right,
         )  # fmt: skip
+    if not drawn:
+        return
     heading = (0.3, 0.5, 2.6, 1.6)[robot % 4]
     x, y = place.left + place.width * 0.68, place.top + place.height * 0.74
     if chosen:

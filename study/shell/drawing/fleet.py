@@ -13,6 +13,7 @@ from study.shell.drawing import chrome, frames, header, legend, palette
 from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.grid import TilePlace, place_enlarged, place_tiles
 from study.shell.drawing.motion import Motion
+from study.shell.drawing.pictures import Pictures
 from study.shell.drawing.plate import PlateLook
 from study.shell.drawing.tile import TileView, draw_tile, looks_of
 
@@ -100,12 +101,16 @@ def clear_place(canvas: Canvas, screen: FleetScreen) -> tuple[int, int]:
 class FleetPainter:
     """Draws fleet runs, picture by picture: what did not change is left standing.
 
+    Args:
+        pictures: of the robots, where the task takes some.
+
     Attributes:
         motion: where the robots were before; it takes note of every screen drawn.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, pictures: Pictures | None = None) -> None:
         self.motion = Motion()
+        self._pictures = pictures or Pictures()
         self._ground: object = None
         self._shown: dict[tuple[int, bool], object] = {}
         self._strips: object = None
@@ -212,6 +217,7 @@ class FleetPainter:
             pose=self.motion.pose(screen, tile, now_ns),
             landing=_landing(screen, since) if driven else -1.0,
             dwell_left=dwell_left,
+            shot=self._pictures.of(tile.robot) if screen.scene.camera else None,
         )
 
 
@@ -247,6 +253,9 @@ def _note(messages: Messages, screen: FleetScreen) -> str:
 
 def _legend_items(screen: FleetScreen) -> list[legend.Item]:
     scene = screen.scene
+    if scene.camera:
+        # Of all that is drawn only the frame of a suggestion is ours.
+        return ["suggested"] if screen.allocation == "suggested" else []
     roles = {mark.role for mark in scene.rectangles} | {disc.role for disc in scene.discs}
     one_tile = len(screen.tiles) <= 1
     items: list[legend.Item] = []

@@ -22,10 +22,12 @@ def frame_rect(canvas: Canvas, place: TilePlace) -> pygame.Rect:
     return pygame.Rect(body.left - edge, top, body.width + 2 * edge, body.bottom + edge - top)
 
 
-def driven_frame(canvas: Canvas, place: TilePlace, robot: int, *, announced: bool = False) -> None:
+def driven_frame(
+    canvas: Canvas, place: TilePlace, robot: int, *, announced: bool = False, arrows: bool = True
+) -> None:
     """Draw the blue frame of a driven robot (index from 0), with its bar if it has one.
 
-    Where a switch is announced, the bar says so in place of the arrows.
+    Where a switch is announced, the bar says so in place of the arrows, if it has some.
     """
     frame = frame_rect(canvas, place)
     body = place.body
@@ -41,7 +43,7 @@ def driven_frame(canvas: Canvas, place: TilePlace, robot: int, *, announced: boo
     left = body.left + canvas.u(20 if place.single else 10)
     arrow = canvas.u(20 if place.single else 16)
     right = body.right - canvas.u(20 if place.single else 12)
-    arrows = arrow * (1 + 3 * 1.38)
+    needed = arrow * (1 + 3 * 1.38)
     soon = canvas.say(SOON)
     room = right - left - canvas.u(8)
     written = canvas.write(title, left, middle, size, weight="bold", colour=palette.CARD,
@@ -50,7 +52,7 @@ def driven_frame(canvas: Canvas, place: TilePlace, robot: int, *, announced: boo
         canvas.write(soon, right, middle, size, weight="semibold", colour=palette.CARD,
                      align="right", width=room - written.width - canvas.u(16))  # fmt: skip
         return
-    if room - written.width < arrows:
+    if not arrows or room - written.width < needed:
         return
     for number, direction in enumerate(("right", "down", "up", "left")):
         x = right - arrow / 2 - number * arrow * 1.38

@@ -8,6 +8,7 @@ from typing import Literal
 
 import pygame
 
+from study.shell.drawing.kept import Kept
 from study.shell.drawing.palette import Colour
 
 Weight = Literal["medium", "semibold", "bold"]
@@ -21,7 +22,9 @@ FILES: dict[Weight, str] = {
 }
 CAP_HEIGHT = 0.727
 """Height of Inter's capitals as a share of the font's size."""
-CACHED_TEXTS = 2000
+TEXT_ROOM = 8 << 20
+"""Bytes of all lines kept together."""
+_LINES = Kept(TEXT_ROOM)
 
 
 @functools.lru_cache(maxsize=256)
@@ -33,7 +36,7 @@ def font(weight: Weight, size: int) -> pygame.font.Font:
 def clear_fonts() -> None:
     """Forget all fonts: they die with ``pygame.font.quit()``."""
     font.cache_clear()
-    _rendered.cache_clear()
+    _LINES.clear()
     _digit_cell.cache_clear()
 
 
@@ -57,7 +60,6 @@ def text_width(text: str, weight: Weight, size: int, *, tabular: bool = False) -
     return sum(cell if c.isdigit() else font(weight, size).size(c)[0] for c in text)
 
 
-@functools.lru_cache(maxsize=CACHED_TEXTS)
 def _rendered(
     text: str,
     weight: Weight,
@@ -85,7 +87,12 @@ def line_surface(
     text: str, weight: Weight, size: int, colour: Colour, *, tabular: bool = False
 ) -> pygame.Surface:
     """Return a rendered line; cached, so it must not be drawn on."""
-    return _rendered(text, weight, size, colour, tabular)
+    key = (text, weight, size, colour, tabular)
+    found = _LINES.get(key)
+    if found is None:
+        found = _rendered(*key)
+        _LINES.keep(key, found)
+    return found
 
 
 def wrap(text: str, weight: Weight, size: int, width: int) -> list[str]:

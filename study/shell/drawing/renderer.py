@@ -27,6 +27,7 @@ from study.screens import (
 from study.shell.drawing import consenting, fleet, page, pausing, reveal, simple, survey, waiting
 from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.motion import Motion
+from study.shell.drawing.pictures import Pictures
 
 Targets = list[tuple[str, pygame.Rect]]
 SMALLEST_FIT = 0.55
@@ -58,16 +59,21 @@ class Renderer:
         size: of the surfaces drawn on, pixels.
         ui_factor: the user's wish for larger (> 1) or smaller text.
         messages: the texts of the participant's language; English if None.
+        pictures: of the robots, where the task takes some; others may take in newer ones.
     """
 
     def __init__(
-        self, size: tuple[int, int], ui_factor: float = 1.0, messages: Messages | None = None
+        self,
+        size: tuple[int, int],
+        ui_factor: float = 1.0,
+        messages: Messages | None = None,
+        pictures: Pictures | None = None,
     ) -> None:
         self.canvas = Canvas(size, ui_factor, messages)
         self._wanted = self.canvas.scale
         self._scales: dict[Hashable, float] = {}
         self._last: Screen | None = None
-        self._painter = fleet.FleetPainter()
+        self._painter = fleet.FleetPainter(pictures)
 
     def go_on_from(self, motion: Motion) -> None:
         """Draw robots on their way from where they were before: for who takes note of screens."""

@@ -11,9 +11,12 @@ from collections.abc import Callable, Hashable
 
 import pygame
 
+from study.shell.drawing.kept import Kept
+
 SAMPLES = 4
 """Samples a pixel along each axis."""
-LARGEST_CACHE = 3000
+ROOM = 32 << 20
+"""Bytes of all sprites together. The bulk of them are robots, one for each heading drawn."""
 
 Paint = Callable[[pygame.Surface, float], None]
 
@@ -22,7 +25,12 @@ class Sprites:
     """A cache of smooth shapes."""
 
     def __init__(self) -> None:
-        self._made: dict[Hashable, pygame.Surface] = {}
+        self._made = Kept(ROOM)
+
+    @property
+    def bytes(self) -> int:
+        """What all shapes kept take."""
+        return self._made.bytes
 
     def get(self, key: Hashable, width: float, height: float, paint: Paint) -> pygame.Surface:
         """Return the shape of this key, painted the first time.
@@ -43,7 +51,5 @@ class Sprites:
         large = pygame.Surface((size[0] * SAMPLES, size[1] * SAMPLES), pygame.SRCALPHA)
         paint(large, float(SAMPLES))
         sprite = pygame.transform.smoothscale(large.premul_alpha(), size)
-        if len(self._made) >= LARGEST_CACHE:
-            self._made.clear()
-        self._made[key] = sprite
+        self._made.keep(key, sprite)
         return sprite

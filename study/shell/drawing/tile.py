@@ -14,6 +14,7 @@ from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.grid import TilePlace
 from study.shell.drawing.motion import Pose, along_trail
 from study.shell.drawing.palette import Colour
+from study.shell.drawing.pictures import Shot, draw_picture
 from study.shell.drawing.plate import PlateLook
 from study.shell.drawing.robots import DRIVEN_SCALE, HALO, draw_robot, heading_step
 
@@ -39,6 +40,7 @@ class TileView:
         landing: share that has passed of marking that control came here, 0 to 1; -1 for none.
         dwell_left: share of the dwell left to be shown here; -1 for none.
         ground: colour around the tile.
+        shot: the robot's picture, where the task takes pictures.
     """
 
     place: TilePlace
@@ -48,6 +50,7 @@ class TileView:
     landing: float = -1.0
     dwell_left: float = -1.0
     ground: Colour = palette.PAGE
+    shot: Shot | None = None
 
 
 class Body(NamedTuple):
@@ -76,11 +79,13 @@ class Looks(NamedTuple):
         still: of what stands still, but for the health.
         health: of its row.
         body: of the robot.
+        shot: number of its picture; -1 if it has none.
     """
 
     still: object
     health: object
     body: Body
+    shot: int = -1
 
 
 def looks_of(scene: Scene, shown: TileView) -> Looks:
@@ -95,6 +100,7 @@ def looks_of(scene: Scene, shown: TileView) -> Looks:
         still=(scene, place, cue, look),
         health=(place, ground, look.driven, round(tile.health), lost),
         body=_body_of(maps.MapView(scene, place.map), shown),
+        shot=-1 if shown.shot is None else shown.shot.number,
     )
 
 
@@ -124,13 +130,32 @@ def draw_tile(canvas: Canvas, scene: Scene, shown: TileView, looks: Looks | None
     """
     place, tile, look = shown.place, shown.tile, shown.look
     looks = looks or looks_of(scene, shown)
-    body, view = looks.body, maps.MapView(scene, place.map)
+    view = maps.MapView(scene, place.map)
     canvas.remember(
         ("tile", tile.robot, place.single),
         looks.still,
         frames.frame_rect(canvas, place),
         lambda: _draw_still(canvas, scene, shown),
     )
+    if scene.camera:
+        canvas.remember(
+            ("picture", tile.robot, place.single),
+            (looks.shot, canvas.scale),
+            place.map,
+            lambda: draw_picture(canvas, shown.shot, place.map),
+        )
+    else:
+        _draw_on_map(canvas, view, shown, looks)
+    if shown.dwell_left >= 0:
+        plate.draw_dwell(canvas, place, tile.robot, shown.dwell_left)
+    if look.driven and place.single and shown.landing >= 0:
+        with canvas.moving():
+            _landing_label(canvas, view, shown)
+
+
+def _draw_on_map(canvas: Canvas, view: maps.MapView, shown: TileView, looks: Looks) -> None:
+    """Draw the health, and the robot on its map."""
+    place, tile, look, body = shown.place, shown.tile, shown.look, looks.body
     row = plate.health_row(canvas, place)
     canvas.remember(
         ("health", tile.robot, place.single),
@@ -149,11 +174,6 @@ def draw_tile(canvas: Canvas, scene: Scene, shown: TileView, looks: Looks | None
     canvas.surface.set_clip(None)
     if still is not None:
         canvas.surface.blit(still, covered)
-    if shown.dwell_left >= 0:
-        plate.draw_dwell(canvas, place, tile.robot, shown.dwell_left)
-    if look.driven and place.single and shown.landing >= 0:
-        with canvas.moving():
-            _landing_label(canvas, view, shown)
 
 
 def _draw_still(canvas: Canvas, scene: Scene, shown: TileView) -> None:
@@ -161,7 +181,9 @@ def _draw_still(canvas: Canvas, scene: Scene, shown: TileView) -> None:
     place, tile, look = shown.place, shown.tile, shown.look
     canvas.surface.fill(shown.ground, frames.frame_rect(canvas, place))
     if look.driven:
-        frames.driven_frame(canvas, place, tile.robot, announced=look.announced)
+        frames.driven_frame(
+            canvas, place, tile.robot, announced=look.announced, arrows=not scene.camera
+        )
     elif look.suggested:
         frames.suggested_frame(canvas, place, tile.robot, look.accept_key)
     tint = plate.plate_colour(place, tile, look)
@@ -223,6 +245,9 @@ def _landing_label(canvas: Canvas, view: maps.MapView, shown: TileView) -> None:
     box.top = round(y + reach)
     if box.bottom > place.map.bottom - canvas.u(16) and above > place.map.top:
         box.top = round(above)
+    if view.scene.camera:
+        # Nobody knows where in a picture the robot is.
+        box.bottom = place.map.bottom
     box.clamp_ip(place.map.inflate(-canvas.u(48), -canvas.u(40)))
     if box.colliderect(place.plate):
         box.left = max(box.left, place.plate.right + canvas.u(24))

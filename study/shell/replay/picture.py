@@ -7,10 +7,12 @@ from typing import Literal
 import pygame
 
 from study.messages import Messages
-from study.screens import FleetScreen, Screen
+from study.screens import CountdownScreen, FleetScreen, Screen
 from study.shell.drawing import palette
 from study.shell.drawing.canvas import Canvas
+from study.shell.drawing.pictures import Pictures
 from study.shell.drawing.renderer import Renderer
+from study.shell.replay.camera import Camera
 from study.shell.replay.marks import Marks
 from study.shell.replay.score_bars import best, draw_chip
 from study.shell.replay.strip import HEIGHT, Shown, Strip
@@ -38,6 +40,7 @@ class Picture:
         view: what is shown.
         messages: the texts that the participant read.
         ui_scale: that of the participant's window.
+        camera: takes the pictures of tasks that show some; without one they are missing.
 
     Attributes:
         view: what is shown; it may change.
@@ -50,8 +53,11 @@ class Picture:
         view: View,
         messages: Messages | None = None,
         ui_scale: float = 1.0,
+        camera: Camera | None = None,
     ) -> None:
         self.size = size
+        self._camera = camera
+        self._pictures = Pictures()
         self.view = view
         self._marks = marks
         self._messages = messages
@@ -67,6 +73,8 @@ class Picture:
         if screen is not None:
             renderer, picture = self._renderer(self._marks.size_at(shown.t_ns))
             renderer.go_on_from(shown.head.motion)
+            if self._camera is not None and _has_camera(screen):
+                self._camera.show(shown.head.film, self._pictures)
             renderer.draw(picture, screen, shown.t_ns)
             place = self._place(picture)
             if place.size == picture.get_size():
@@ -86,7 +94,7 @@ class Picture:
         if size not in self._drawn:
             if len(self._drawn) >= MOST_SIZES:
                 self._drawn.clear()
-            renderer = Renderer(size, self._ui_scale, self._messages)
+            renderer = Renderer(size, self._ui_scale, self._messages, self._pictures)
             self._drawn[size] = renderer, pygame.Surface(size)
         return self._drawn[size]
 
@@ -126,3 +134,9 @@ class Picture:
                 round(body.width * scale), round(body.height * scale),
             )  # fmt: skip
             draw_chip(canvas, tile, float(scores[robot]), highest=robot == highest)
+
+
+def _has_camera(screen: Screen) -> bool:
+    """Return whether a screen shows pictures that the task takes."""
+    fleet = screen.fleet if isinstance(screen, CountdownScreen) else screen
+    return isinstance(fleet, FleetScreen) and fleet.scene.camera

@@ -11,6 +11,7 @@ import pygame
 from study.messages import Messages
 from study.screens import Screen, WaitScreen
 from study.shell.raw_inputs import RawClose, RawKey, RawPointer
+from study.shell.replay.camera import Camera
 from study.shell.replay.marks import Marks
 from study.shell.replay.picture import Picture, View, size_for
 from study.shell.replay.player import Player
@@ -38,6 +39,7 @@ class Viewer:
         messages: the texts that the participant read.
         size: of the window, pixels; what suits the recording and the desktop if None.
         ui_scale: that of the participant's window.
+        camera: takes the pictures of tasks that show some.
 
     Raises:
         StudyError: there is no display, or the window is too small.
@@ -52,7 +54,9 @@ class Viewer:
         messages: Messages,
         size: tuple[int, int] | None = None,
         ui_scale: float = 1.0,
+        camera: Camera | None = None,
     ) -> None:
+        self._camera = camera
         self._tape, self._marks, self._player = tape, marks, player
         self._view, self._messages, self._ui_scale = view, messages, ui_scale
         self._shown = Shown(tape.go_to(0), 0, playing=False, speed=player.speed)
@@ -127,7 +131,9 @@ class Viewer:
                 self._player.press(raw.key)
 
     def _painter(self, size: tuple[int, int]) -> _Painter:
-        self._picture = Picture(size, self._marks, self._view, self._messages, self._ui_scale)
+        self._picture = Picture(
+            size, self._marks, self._view, self._messages, self._ui_scale, self._camera
+        )
         return _Painter(self, self._picture)
 
     @property

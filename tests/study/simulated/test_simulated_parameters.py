@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from study.simulated.parameters import OperatorParameters, draw_parameters
+from study.errors import StudyError
+from study.simulated.parameters import OperatorParameters, draw_parameters, stated_parameters
 
 
 @given(st.integers(0, 2**63), st.integers(0, 100))
@@ -44,3 +45,22 @@ def test_nonsense_is_refused() -> None:
         OperatorParameters.model_validate({"glances": 3})
     with pytest.raises(ValidationError):
         OperatorParameters().glance_tiles = 3  # type: ignore[misc]
+
+
+def test_stated_parameters_are_all_participants_and_change_no_other() -> None:
+    """What is not stated is drawn as ever."""
+    stated = stated_parameters(["glance_tiles=1", "glance_lapse = 0.5"])
+    for index in range(5):
+        drawn = draw_parameters(3, index).model_dump()
+        found = draw_parameters(3, index, stated=stated).model_dump()
+        assert (found.pop("glance_tiles"), found.pop("glance_lapse")) == (1, 0.5)
+        assert found.items() <= drawn.items()
+
+
+@pytest.mark.parametrize(
+    "text", ["nobody=1", "driver=1", "glance_tiles=2.5", "glance_lapse=nan", "glance_lapse", "=1"]
+)
+def test_parameters_that_cannot_be_stated(text: str) -> None:
+    """Unknown names, no numbers and impossible values are one message each."""
+    with pytest.raises(StudyError):
+        stated_parameters([text])

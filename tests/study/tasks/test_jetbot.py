@@ -17,6 +17,7 @@ from study.arena.physics import ArenaPhysics, wheel_speeds
 from study.errors import StudyError
 from study.events.codes import Outcome
 from study.tasks import jetbot
+from study.tasks.base import PicturedTask
 
 need("mujoco")
 
@@ -148,6 +149,27 @@ def test_the_model_is_the_same_text_each_time() -> None:
     texts = [arena_mjcf(TWO_BUCKETS, 3, motor_lag_s=0.06, step_s=0.005) for _ in range(2)]
     assert texts[0] == texts[1]
     assert texts[0].count("<freejoint") == 3
+
+
+def test_tiles_may_show_cameras() -> None:
+    """With cameras the task says that it takes pictures, one a robot, in the tile's shape."""
+    task = fleet(2, cameras=True)
+    assert isinstance(task, PicturedTask)
+    scene = task.description.scene
+    assert scene.camera
+    pictures = task.pictures()
+    assert pictures.shape == (2, 120, 160, 3)
+    assert scene.width / scene.height == 160 / 120
+    assert (pictures[0] != pictures[1]).any()
+    blind, actions = fleet(2), [FORWARD, TURN_LEFT]
+    seen = drive(task, actions, 10).tobytes()
+    task.pictures()
+    # Whether somebody looks changes nothing.
+    after = drive(task, actions, 10).tobytes()
+    assert drive(blind, actions, 10).tobytes() == seen
+    assert drive(blind, actions, 10).tobytes() == after
+    task.close()
+    task.close()
 
 
 def test_front_cameras_see_what_is_ahead() -> None:

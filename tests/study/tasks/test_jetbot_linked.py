@@ -20,7 +20,7 @@ from study.robots.safety import Bounds
 from study.session.effects import StartFleet, StepFleet
 from study.shell.fleet_host import FleetHost
 from study.tasks import jetbot
-from study.tasks.base import ReportingTask, RobotReport
+from study.tasks.base import PicturedTask, ReportingTask, RobotReport
 from twin_process import TwinProcess, running_twin
 
 need("mujoco", "zmq")
@@ -43,7 +43,7 @@ def twin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[TwinProces
 
 def test_a_fleet_is_stepped_over_the_link(twin: TwinProcess) -> None:
     """What keys say is driven, in real time; who is not active stands."""
-    settings = {"link": str(twin.robots_file)}
+    settings = {"link": str(twin.robots_file), "cameras": True}
     assert jetbot.describe(settings).resimulable == "no"
     task = jetbot.create(ROBOTS, settings)
     assert isinstance(task, ReportingTask)
@@ -59,6 +59,7 @@ def test_a_fleet_is_stepped_over_the_link(twin: TwinProcess) -> None:
             step = task.step(np.array([IDLE, TURN_LEFT], np.int32), EVERY)
         assert step.states[1, 2] - before[1, 2] > 0.5
         assert step.outcomes.tolist() == [Outcome.RUNNING] * ROBOTS
+        assert isinstance(task, PicturedTask)
         assert task.pictures().shape == (ROBOTS, 120, 160, 3)
         assert task.take_reports() == ()
     finally:
