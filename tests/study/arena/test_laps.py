@@ -80,13 +80,23 @@ def test_who_leaves_out_a_gate_earns_nothing(
     low_y, high_y = sorted((gate.inner_y, gate.outer_y))
 
     def kept_off(place: tuple[float, float]) -> tuple[float, float]:
-        """Press a place into the half that the gate is not in."""
+        """Press a place into the half that the gate is not in, a centimetre off its inner end."""
         x, y = place
         if low_y == high_y:
-            return (x * low_x / 4.0 if low_x > 2 else high_x + x * (4 - high_x) / 4), y
-        return x, (y / 2 if low_y > 1 else 1.5 + y / 2)
+            part = x / TWO_BUCKETS.width
+            left, right = (0.0, low_x - 0.01) if low_x > 2 else (high_x + 0.01, 4.0)
+            return left + part * (right - left), y
+        part = y / TWO_BUCKETS.height
+        bottom, top = (0.0, low_y - 0.01) if low_y > 1 else (high_y + 0.01, 3.0)
+        return x, bottom + part * (top - bottom)
 
     assert walk([kept_off(place) for place in waypoints]).laps == 0
+
+
+def test_through_the_middle_of_a_bucket() -> None:
+    """Where no robot can be, a gate's very end belongs to the gate."""
+    through = [(3.325, 1.0), (1.3, 3.0), (1.3, 0.0), (2.65, 0.0)]
+    assert walk(through).laps == 1
 
 
 def test_a_way_round_one_bucket_is_no_lap() -> None:
