@@ -6,6 +6,7 @@ import dataclasses
 import hashlib
 import json
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from pydantic import ValidationError
@@ -175,6 +176,7 @@ def _check_members(protocol: Protocol, problems: list[str]) -> TaskDescription |
         problems.append(f"task: {error.message}; {error.hint}")
         return None
     _check_keys(protocol, description, problems)
+    _check_rate(protocol, module, problems)
     return description
 
 
@@ -189,6 +191,17 @@ def _check_keys(protocol: Protocol, description: TaskDescription, problems: list
         for key in description.key_actions
         if key not in DIRECTIONS and key in taken
     ]
+
+
+def _check_rate(protocol: Protocol, module: ModuleType, problems: list[str]) -> None:
+    """Refuse a task whose own time, given in seconds, is not that of the study."""
+    settings = module.Parameters.model_validate(protocol.task.parameters)
+    rate = getattr(settings, "timesteps_per_second", None)
+    if rate is not None and rate != protocol.timing.timesteps_per_second:
+        problems.append(
+            f"task.parameters.timesteps_per_second: {rate:g} given or usual; must be that of "
+            f"timing.timesteps_per_second, {protocol.timing.timesteps_per_second:g}"
+        )
 
 
 def _check_member(

@@ -21,6 +21,7 @@ LIGHT = {
     "study.session.session": (*HEAVY, "mcap", "study.recording", "study.shell", "study.simulated"),
     "study.commands.main": (*HEAVY, "pandas", "analysis", "study.shell.window"),
     "study.verification": HEAVY,
+    "study.robots.on_jetbot": (*HEAVY, "numpy", "pydantic", "mujoco", "study.session"),
     "analysis.commands.main": (*HEAVY, "study.session", "study.shell", "study.tasks"),
     "analysis.report": (*HEAVY, "study.session", "study.shell", "study.commands"),
 }
@@ -94,9 +95,13 @@ def test_no_file_holds(banned: str) -> None:
 
 
 def test_nothing_listens_on_a_network_but_the_live_view() -> None:
-    """A listener elsewhere is a Unix socket, bound to a path (docs/explanation/threat-model.md)."""
+    """A listener elsewhere is a Unix socket, bound to a path (docs/explanation/threat-model.md).
+
+    Robots listen too, on themselves, for who proves to hold a key.
+    """
     listening = r"\.bind\(|\bstart_server\(|\bcreate_server\(|\bHTTPServer\(|\bAF_INET"
-    allowed = {"study/foxglove/live_server.py", "study/console/link.py"}
+    robots = {"study/robots/agent.py", "study/robots/twin.py"}
+    allowed = {"study/foxglove/live_server.py", "study/console/link.py"} | robots
     found = {
         str(path.relative_to(ROOT))
         for path in FILES
@@ -104,6 +109,8 @@ def test_nothing_listens_on_a_network_but_the_live_view() -> None:
         if re.search(listening, path.read_text())
     }
     assert found == allowed
+    for path in robots:
+        assert "curve_server = True" in (ROOT / path).read_text()
     assert "AF_UNIX" in (ROOT / "study/console/link.py").read_text()
 
 

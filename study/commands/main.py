@@ -17,6 +17,7 @@ from study.commands import (
     protocol,
     recover,
     replay,
+    robots,
     run,
     simulate,
     train_user,
@@ -56,6 +57,10 @@ app.command("preflight")(preflight.preflight)
 app.command("validate")(validate.validate)
 app.command("protocol")(protocol.protocol)
 app.command("lock")(lock.lock)
+app.command("robot-keys")(robots.robot_keys)
+app.command("robot-stop")(robots.robot_stop)
+app.command("robot-release")(robots.robot_release)
+app.command("robot-twin")(robots.robot_twin)
 app.command("train-user")(train_user.train_user)
 app.command("check-user")(train_user.check_user)
 

@@ -41,7 +41,7 @@ from study.recording.tapped import Tap, TappedRecorder
 from study.session.session import Session
 from study.shell.conductor import Conductor
 from study.shell.fitting import ProcessFitter
-from study.shell.fleet import open_fleet
+from study.shell.fleet import check_live, open_emergency, open_fleet
 from study.shell.live_loop import LiveClock, LiveLoop
 from study.shell.lsl import LslOutlet
 from study.shell.markers import MarkerPublisher
@@ -107,8 +107,10 @@ def run_session(
 
     Raises:
         RecordingFailedError: it could not be recorded to its end.
-        StudyError: ``lsl`` is asked for and cannot be had; nothing was recorded then.
+        StudyError: ``lsl`` is asked for and cannot be had, or the task's robots are not all
+            live; nothing was recorded then.
     """
+    check_live(loaded.protocol.task.name, loaded.protocol.task.parameters)
     recorded = recorded_weights(loaded, scorers)
     given, window = Given(), None
     if loaded.protocol.consent:
@@ -155,6 +157,7 @@ def resume_session(
     scorers: Mapping[str, str] | None = None,
 ) -> Finished:
     """Go on with a session in a window, from a boundary; see `run_session`."""
+    check_live(loaded.protocol.task.name, loaded.protocol.task.parameters)
     recorded = recorded_weights(loaded, scorers)
     end = find_end(boundary.recording)
     recorder = start_failover_recorder(
@@ -229,6 +232,9 @@ def _run(
             stack.callback(outlet.close)
         task = loaded.protocol.task
         fleet = stack.enter_context(closing(open_fleet(task.name, task.parameters)))
+        emergency = open_emergency(task.name, task.parameters)
+        if emergency:
+            stack.callback(emergency.close)
         for fit in beginning.fits:
             fleet.add_artefact(fit.artefact_id, fit.kind, fit.algorithm, fit.weights)
         fitter = stack.enter_context(closing(ProcessFitter(loaded.description, beginning.recorded)))
@@ -265,7 +271,7 @@ def _run(
         conductor.feed(beginning.first_input(clock.now()))
         if seat.remark:
             conductor.observe(Note(clock.now(), seat.remark))
-        LiveLoop(conductor, window, recorder, clock, link).run()
+        LiveLoop(conductor, window, recorder, clock, link, emergency).run()
         if tap is not None:
             remark = f"live view: {tap.passed} records passed on, {tap.dropped} dropped"
             conductor.observe(Note(clock.now(), remark))

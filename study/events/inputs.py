@@ -134,6 +134,18 @@ class FleetObserved(Record):
     )
 
 
+@record("input", "robot_reported")
+class RobotReported(Record):
+    """A robot was stopped by what watches over it, or one reason for that is gone."""
+
+    t_ns: int = fixed64(1, "when the report was taken", unit="ns")
+    robot: int = sfixed32(2, "the robot, from 0")
+    stopped: bool = boolean(3, "false if the reason is gone")
+    reason: str = string(4, '"link_lost", "pose_lost", "camera_stale", "emergency", ...')
+    text: str = string(5, "what happened, in words")
+    age_ns: int = fixed64(6, "how long before it had happened", unit="ns")
+
+
 @record("input", "fit_completed")
 class FitCompleted(Record):
     """A fit is done; it takes effect where the session waits for it."""
@@ -213,6 +225,7 @@ Input = (
     | QuitRequested
     | TimestepDue
     | FleetObserved
+    | RobotReported
     | FitCompleted
     | FitFailed
     | FitTimedOut

@@ -66,6 +66,7 @@ class Knowledge:
         practice_passed: whether the practice's criterion was met.
         comprehension_wrong: ids of the questions answered wrong last; None before a check.
         stop_reason: why the session ends when the stage is done; empty if it goes on.
+        held_robots: why robots were stopped that may not drive yet, by robot.
     """
 
     timesteps: dict[tuple[int, str], KeptTimesteps] = dataclasses.field(default_factory=dict)
@@ -78,6 +79,7 @@ class Knowledge:
     practice_passed: bool = False
     comprehension_wrong: tuple[str, ...] | None = None
     stop_reason: str = ""
+    held_robots: dict[int, list[str]] = dataclasses.field(default_factory=dict)
     next_trial_id: int = 0
     next_request_id: int = 1
 

@@ -29,6 +29,7 @@ from study.events.inputs import (
     QuitRequested,
     RecordingInterrupted,
     RecordingRestored,
+    RobotReported,
     SessionOpened,
     SessionResumed,
     TimestepDue,
@@ -53,6 +54,7 @@ from study.session.effects import (
 from study.session.fitting import take_preparation
 from study.session.opening import questionnaires_of, texts_of
 from study.session.plan import FitPlan, PagesPlan, StagePlan
+from study.session.robot_reports import take_report
 from study.session.sequence import stage_plans
 from study.session.stage import Stage
 from study.session.stages import make_stage
@@ -177,7 +179,11 @@ class Session:
         elif isinstance(given, RecordingRestored):
             self._recording_restored(given, out)
         elif isinstance(given, SessionResumed):
+            # Its robots were connected anew.
+            context.knowledge.held_robots.clear()
             self._go_back(given, out)
+        elif isinstance(given, RobotReported):
+            take_report(given, context, self._trial_id, out)
         elif still.on and isinstance(given, KeyChanged | PointerPressed | TimestepDue):
             self._while_paused(given, context, out)
         elif (

@@ -32,6 +32,7 @@ from study.session.fleet_run import FleetRun
 from study.session.offers import OfferAllocation
 from study.session.page_texts import PARTS, block_heading
 from study.session.plan import TrialPlan
+from study.session.robot_reports import held_message
 from study.session.switching import SwitchWatch
 
 _CHOSEN_BY_KEY = ("manual", "suggested", "correction_round")
@@ -222,6 +223,8 @@ class TrialScreens:
         )
 
     def _message(self) -> str:
+        if held := held_message(self._context, self._plan.robots):
+            return held
         allocation = self._allocation
         if isinstance(allocation, OfferAllocation) and allocation.operated < 0:
             return self._context.say("Choose one of these robots to drive")

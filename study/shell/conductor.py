@@ -12,7 +12,14 @@ import numpy.typing as npt
 from study.errors import RecordingFailedError
 from study.events.events import Event, TrialEnded, TrialStarted
 from study.events.fields import Record
-from study.events.inputs import FitCompleted, FitFailed, FitTimedOut, FleetObserved, Input
+from study.events.inputs import (
+    FitCompleted,
+    FitFailed,
+    FitTimedOut,
+    FleetObserved,
+    Input,
+    RobotReported,
+)
 from study.screens import Screen, WaitScreen
 from study.session.context import Step
 from study.session.effects import (
@@ -196,6 +203,17 @@ class Conductor:
         """
         came = False
         fleet = self._fleet.poll(wait_s) if self.fleet_pending else None
+        for report in fleet.reports if fleet is not None else ():
+            self.feed(
+                RobotReported(
+                    now(),
+                    report.robot,
+                    report.stopped,
+                    report.reason,
+                    report.text,
+                    round(1e9 * report.age_s),
+                )
+            )
         # A trial broken off may leave an answer behind: it is nobody's.
         if fleet is not None and fleet.request_id == self._fleet_request:
             came = True

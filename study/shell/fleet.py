@@ -12,6 +12,21 @@ from study.session.effects import StartFleet, StepFleet
 from study.shell.fleet_host import FleetAnswer, FleetHost
 from study.shell.workers import Worker, WorkerFailure
 
+EMERGENCY_KEY = "f12"
+"""Stops all robots that are not simulated within the study, in any stage of a session."""
+
+
+class Emergency(Protocol):
+    """Stops robots without asking the fleet."""
+
+    def press(self) -> None:
+        """Stop all at once, without waiting; they stay stopped."""
+        ...
+
+    def close(self) -> None:
+        """Free everything; robots stay as they are."""
+        ...
+
 
 class Fleet(Protocol):
     """Answers each request once, in order."""
@@ -114,3 +129,27 @@ def open_fleet(task: str, parameters: Mapping[str, object]) -> Fleet:
     if module.OUT_OF_PROCESS:
         return ProcessFleet(task, parameters)
     return InlineFleet(task, parameters)
+
+
+def open_emergency(task: str, parameters: Mapping[str, object]) -> Emergency | None:
+    """Return what stops the task's robots, or None where nothing can move that must be stopped.
+
+    Raises:
+        StudyError: the task has robots to stop, and cannot reach them.
+    """
+    module = load_member("study.tasks", "task", task)
+    opener = getattr(module, "open_emergency", None)
+    button: Emergency | None = opener(parameters) if opener is not None else None
+    return button
+
+
+def check_live(task: str, parameters: Mapping[str, object]) -> None:
+    """See that whatever the task needs outside of this computer's memory is there and lives.
+
+    Raises:
+        StudyError: it is not; the message says what.
+    """
+    module = load_member("study.tasks", "task", task)
+    check = getattr(module, "check_live", None)
+    if check is not None:
+        check(parameters)

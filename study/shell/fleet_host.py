@@ -18,7 +18,7 @@ from study.families import load_member
 from study.policies.base import Policy
 from study.scorers.base import Scorer
 from study.session.effects import StartFleet, StepFleet
-from study.tasks.base import FleetStep, PicturedTask, Task
+from study.tasks.base import FleetStep, PicturedTask, ReportingTask, RobotReport, Task
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -28,6 +28,7 @@ class FleetAnswer:
     Attributes:
         pictures: what each robot shows after the step, uint8 [n, height, width, 3]; None unless
             asked for, or where the task takes none. Neither recorded nor seen by the session.
+        reports: which robots were stopped since the last answer, or may drive again.
     """
 
     request_id: int
@@ -37,6 +38,7 @@ class FleetAnswer:
     policy_actions: npt.NDArray[np.int32]
     scores: npt.NDArray[np.float64]
     pictures: npt.NDArray[np.uint8] | None = None
+    reports: tuple[RobotReport, ...] = ()
 
 
 class FleetHost:
@@ -102,6 +104,7 @@ class FleetHost:
 
     def _advised(self, request_id: int, step: FleetStep) -> FleetAnswer:
         assert self._start is not None  # noqa: S101 - set before every answer
+        task = self._task(self._start.robots)
         policy = self._policy(self._start.policy_id)
         scorer_id = self._start.scorer_id
         scores = (
@@ -116,6 +119,7 @@ class FleetHost:
             outcomes=np.array(step.outcomes, dtype=np.int32),
             policy_actions=policy.actions(step.states, self._random),
             scores=scores,
+            reports=task.take_reports() if isinstance(task, ReportingTask) else (),
         )
 
     def _policy(self, policy_id: str) -> Policy:

@@ -15,6 +15,7 @@ NAMED: dict[int, str] = {
     pygame.K_ESCAPE: "escape",
     pygame.K_BACKSPACE: "backspace",
     pygame.K_SPACE: "space",
+    pygame.K_F12: "f12",
     pygame.K_KP_MINUS: "-",
     pygame.K_KP_EQUALS: "=",
 }

@@ -29,6 +29,7 @@ from study.events.shell import ClockPair, DisplayOpened, FrameIntervals, Note, W
 from study.recording.failover import FailoverRecorder
 from study.screens import Screen
 from study.shell.conductor import Conductor
+from study.shell.fleet import EMERGENCY_KEY, Emergency
 from study.shell.punctuality import Punctuality
 from study.shell.raw_inputs import (
     RawClose,
@@ -83,6 +84,7 @@ class LiveLoop:
         recorder: whose health is watched.
         clock: the session's time.
         console: what an experimenter may watch and command by; None if there is none.
+        emergency: stops the robots at `EMERGENCY_KEY`, in any stage; None if there are none.
     """
 
     def __init__(
@@ -92,12 +94,14 @@ class LiveLoop:
         recorder: FailoverRecorder,
         clock: LiveClock,
         console: ConsoleLink | None = None,
+        emergency: Emergency | None = None,
     ) -> None:
         self._conductor = conductor
         self._window = window
         self._recorder = recorder
         self._clock = clock
         self._console = console
+        self._emergency = emergency
         self._quit_reason = ""
         self._next_due_ns = 0
         self._shown: Screen | None = None
@@ -189,9 +193,17 @@ class LiveLoop:
         taken = self._window.poll()
         self._punctuality.poll(self._clock.now())
         for raw in taken:
+            if isinstance(raw, RawKey) and raw.down and raw.key == EMERGENCY_KEY:
+                self._stop_robots()
             if self._conductor.finished:
                 return
             self._conductor.feed(self._stamped(raw))
+
+    def _stop_robots(self) -> None:
+        """Before anything else is done with the key."""
+        if self._emergency is not None:
+            self._emergency.press()
+            self._conductor.observe(Note(self._clock.now(), "emergency stop pressed"))
 
     def _take_commands(self) -> None:
         """Take what the experimenter asks for, and tell what is to be seen."""

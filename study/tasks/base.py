@@ -73,6 +73,34 @@ class SnapshotTask(Task, Protocol):
         ...
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class RobotReport:
+    """A robot was stopped by what watches over it, or may drive again.
+
+    Attributes:
+        robot: its index.
+        stopped: False if the reason is gone.
+        reason: in one word, as "pose_lost".
+        text: in a sentence, for the operator and the recording.
+        age_s: how long ago, seconds.
+    """
+
+    robot: int
+    stopped: bool
+    reason: str
+    text: str
+    age_s: float
+
+
+@runtime_checkable
+class ReportingTask(Task, Protocol):
+    """A task whose robots may be stopped for reasons of their own."""
+
+    def take_reports(self) -> tuple[RobotReport, ...]:
+        """Return what happened since the last call."""
+        ...
+
+
 @runtime_checkable
 class PicturedTask(Task, Protocol):
     """A task that takes pictures of its robots, shown in place of a map.

@@ -13,7 +13,7 @@ from study.tasks.base import PicturedTask, SnapshotTask, Task
 
 ROBOTS = 5
 EVERY = np.ones(ROBOTS, np.bool_)
-EXTRAS = {"doom": ("vizdoom",)}
+EXTRAS = {"doom": ("vizdoom",), "jetbot": ("mujoco",)}
 SEEDS = np.arange(10, 10 + ROBOTS, dtype=np.uint64)
 
 
@@ -123,8 +123,11 @@ def test_reset_touches_only_its_robots(name: str) -> None:
 def test_episodes_end_by_the_horizon(name: str) -> None:
     """No robot runs longer than declared, and an ended one stays as it is."""
     module = load_member("study.tasks", "task", name)
-    quick = {"slowest_ms": 0.0} if name == "erratic" else {}
-    task = module.create(ROBOTS, {"horizon": 15, **quick})
+    short = {
+        "erratic": {"horizon": 15, "slowest_ms": 0.0},
+        "jetbot": {"episode_seconds": 1.5, "timesteps_per_second": 10.0},
+    }
+    task = module.create(ROBOTS, short.get(name, {"horizon": 15}))
     task.reset(EVERY, SEEDS)
     idle = np.full(ROBOTS, task.description.idle_action, np.int32)
     for _ in range(15):

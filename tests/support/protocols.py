@@ -27,3 +27,25 @@ def erratic(folder: Path) -> Path:
     path = folder / "erratic.toml"
     path.write_text(text)
     return path
+
+
+def jetbots(folder: Path, robots_file: Path | None) -> Path:
+    """Write the smoke protocol with two JetBots; simulated within the study without a file."""
+    text = (ROOT / "protocols" / "smoke.toml").read_text()
+    start, end = text.index("[task]"), text.index("[policy]")
+    link = f'link = "{robots_file}"\n' if robots_file else ""
+    task = '[task]\nname = "jetbot"\non_end = "reset"\n\n[task.parameters]\n'
+    task += f"timesteps_per_second = 10.0\nepisode_seconds = 3.0\n{link}\n"
+    text = text[:start] + task + text[end:]
+    for old, new in [
+        ("robots = 12", "robots = 2"),
+        ("robots = 4", "robots = 2"),
+        ("episodes = 2", "episodes = 1"),
+        ("trials = 2\n", "trials = 1\n"),
+        ("dwell = 15", "dwell = 5"),
+    ]:
+        assert old in text, old
+        text = text.replace(old, new)
+    path = folder / "jetbots.toml"
+    path.write_text(text)
+    return path

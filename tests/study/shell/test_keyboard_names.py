@@ -24,6 +24,7 @@ from study.shell.keyboard import key_name
         (pygame.K_KP_0, pygame.KSCAN_KP_0, "0"),
         (pygame.K_MINUS, pygame.KSCAN_MINUS, "-"),
         (pygame.K_EQUALS, pygame.KSCAN_EQUALS, "="),
+        (pygame.K_F12, pygame.KSCAN_F12, "f12"),
         (pygame.K_F1, pygame.KSCAN_F1, ""),
         (pygame.K_LSHIFT, pygame.KSCAN_LSHIFT, ""),
     ],

@@ -1,0 +1,171 @@
+"""The file that says which robots a study drives: where they are, and who sees them.
+
+    operator_key = "keys/operator.toml"
+
+    [[robots]]
+    name = "robot1"
+    address = "tcp://192.168.1.21:5555"
+    public_key = "..."
+
+    [poses]
+    kind = "natnet"
+    server = "192.168.1.10"
+    local = "192.168.1.11"
+    rigid_bodies = [11]
+
+The order of robots is that of their numbers; ``rigid_bodies`` has one streaming id a robot.
+A twin writes its own file, with poses of the kind "twin".
+"""
+
+from __future__ import annotations
+
+import threading
+import tomllib
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from study.errors import ProtocolError, StudyError
+from study.robots.client import RobotAddress, RobotClient
+from study.robots.fleet import RobotFleet
+from study.robots.keys import read_pair
+from study.robots.poses import NatNetPoses, PoseSource, TwinPoses
+
+MAX_BYTES = 64_000
+
+Address = Annotated[str, Field(pattern=r"^tcp://[A-Za-z0-9.\-]+:\d{1,5}$")]
+PublicKey = Annotated[str, Field(pattern=r"^[!-~]{40}$")]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class RobotPart(_Part):
+    """One robot."""
+
+    name: str = Field(pattern=r"^[a-z][a-z0-9_]{0,30}$", description="what people call it")
+    address: Address = Field(description="of its agent")
+    public_key: PublicKey = Field(description="its own")
+
+
+class TwinPosesPart(_Part):
+    """Poses from the digital twin."""
+
+    kind: Literal["twin"]
+    address: Address = Field(description="of the twin's motion capture")
+    public_key: PublicKey = Field(description="its own")
+
+
+class NatNetPosesPart(_Part):
+    """Poses from OptiTrack's Motive."""
+
+    kind: Literal["natnet"]
+    server: str = Field(description="IP address of the computer that runs Motive")
+    local: str = Field(description="IP address of this computer on the same network")
+    rigid_bodies: tuple[int, ...] = Field(description="streaming ids in the robots' order")
+    up: Literal["y", "z"] = Field("y", description="Motive's up axis")
+    origin: tuple[float, float] = Field((0.0, 0.0), description="the arena's lower left corner, m")
+    multicast: bool = Field(default=False, description="as set in Motive")
+
+
+class RobotsFile(_Part):
+    """All of it."""
+
+    operator_key: Path = Field(description="private file, from the folder of this one")
+    robots: tuple[RobotPart, ...] = Field(min_length=1, max_length=12)
+    poses: TwinPosesPart | NatNetPosesPart = Field(discriminator="kind")
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        poses = self.poses
+        if isinstance(poses, NatNetPosesPart) and len(poses.rigid_bodies) != len(self.robots):
+            raise ValueError("poses.rigid_bodies must have one id for each robot")
+        return self
+
+
+def read_robots_file(path: Path) -> RobotsFile:
+    """Read and check the file.
+
+    Raises:
+        StudyError: it cannot be read or is wrong; the message says where.
+    """
+    try:
+        with path.open("rb") as stream:
+            raw = stream.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise StudyError(
+            f"{path}: cannot be read: {error.strerror}",
+            "It lists the robots; study robot-twin --write makes one for simulated robots.",
+        ) from error
+    try:
+        if len(raw) > MAX_BYTES:
+            raise StudyError(f"{path}: more than {MAX_BYTES} bytes")
+        return RobotsFile.model_validate(tomllib.loads(raw.decode()))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise StudyError(f"{path}: not TOML: {error}") from error
+    except ValidationError as error:
+        problems = [
+            f"{'.'.join(map(str, problem['loc']))}: {problem['msg']}" for problem in error.errors()
+        ]
+        raise ProtocolError(str(path), problems) from error
+
+
+def open_fleet(path: Path) -> RobotFleet:
+    """Return the robots that a file lists, not yet connected.
+
+    Raises:
+        StudyError: the file, a key or a library is missing or wrong.
+    """
+    given = read_robots_file(path)
+    keys = read_pair(path.parent / given.operator_key)
+    clients = [
+        RobotClient(RobotAddress(robot.name, robot.address, robot.public_key), keys)
+        for robot in given.robots
+    ]
+    poses: PoseSource
+    if isinstance(given.poses, TwinPosesPart):
+        poses = TwinPoses(given.poses.address, given.poses.public_key, keys)
+    else:
+        part = given.poses
+        poses = NatNetPoses(
+            part.server,
+            part.local,
+            {body: robot for robot, body in enumerate(part.rigid_bodies)},
+            up=part.up,
+            origin=part.origin,
+            multicast=part.multicast,
+        )
+    return RobotFleet(clients, poses)
+
+
+_borrowed: dict[Path, tuple[RobotFleet, int]] = {}
+_lock = threading.Lock()
+
+
+def borrow_fleet(path: Path) -> RobotFleet:
+    """Return the connected robots of a file; who asks again in this process gets the same ones.
+
+    A robot obeys one operator, and a study's fleets of two and of three share robots.
+
+    Raises:
+        StudyError: they cannot be connected, or not all is live.
+    """
+    with _lock:
+        fleet, users = _borrowed.get(path) or (open_fleet(path), 0)
+        if not users:
+            fleet.connect()
+        _borrowed[path] = fleet, users + 1
+        return fleet
+
+
+def give_back_fleet(path: Path) -> None:
+    """Let go of what `borrow_fleet` returned; the last one disconnects the robots."""
+    with _lock:
+        fleet, users = _borrowed[path]
+        if users > 1:
+            _borrowed[path] = fleet, users - 1
+        else:
+            del _borrowed[path]
+            fleet.disconnect()

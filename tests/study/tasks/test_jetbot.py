@@ -1,0 +1,203 @@
+"""The JetBots' task: motion, collisions, laps, cameras."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from extras import need
+from lap_driver import BACKWARD, FORWARD, IDLE, TURN_LEFT, TURN_RIGHT, lap_action
+from study.arena.cameras import FrontCameras, ViewFromAbove, open_cameras
+from study.arena.course import MOST_ROBOTS, ROBOT_RADIUS, TWO_BUCKETS
+from study.arena.model import arena_mjcf
+from study.arena.physics import ArenaPhysics, wheel_speeds
+from study.errors import StudyError
+from study.events.codes import Outcome
+from study.tasks import jetbot
+from study.tasks.base import PicturedTask
+
+need("mujoco")
+
+EXACT = {"noise": 0.0, "wheel_bias": 0.0}
+
+
+def fleet(robots: int, **parameters: object) -> jetbot.JetbotTask:
+    """Return a fleet just reset."""
+    task = jetbot.create(robots, parameters)
+    assert isinstance(task, jetbot.JetbotTask)
+    task.reset(np.ones(robots, np.bool_), np.arange(robots, dtype=np.uint64))
+    return task
+
+
+def drive(task: jetbot.JetbotTask, actions: list[int], timesteps: int) -> np.ndarray:
+    """Hold actions; return the states at the end."""
+    for _ in range(timesteps):
+        step = task.step(np.array(actions, np.int32), np.ones(task.robots, np.bool_))
+    return step.states
+
+
+def test_actions_are_velocities() -> None:
+    """Each key moves a robot as its parameters say, after the motors' lag."""
+    task = fleet(1, **EXACT)
+    for action, axis, speed in [(FORWARD, 0, 0.25), (BACKWARD, 0, -0.15), (IDLE, 0, 0.0)]:
+        drive(task, [action], 8)
+        assert task.physics.velocities()[0, axis] == pytest.approx(speed, abs=0.01)
+    for action, rate in [(TURN_LEFT, 1.5), (TURN_RIGHT, -1.5)]:
+        drive(task, [action], 8)
+        # Wheels of some width slip a little when they turn on the spot.
+        assert task.physics.velocities()[0, 1] == pytest.approx(rate, rel=0.15)
+
+
+def test_the_motors_lag() -> None:
+    """Within a time constant of a command a robot has not reached its speed."""
+    physics = ArenaPhysics(TWO_BUCKETS, 1, motor_lag_s=0.2)
+    physics.put(0, 2.5, 0.6, 0.0)
+    physics.set_wheels(0, *wheel_speeds(0.25, 0.0))
+    moving = np.ones(1, np.bool_)
+    physics.advance(20, moving)
+    assert 0.02 < physics.velocities()[0, 0] < 0.2
+    physics.advance(200, moving)
+    assert physics.velocities()[0, 0] == pytest.approx(0.25, abs=0.01)
+
+
+def test_noise_comes_from_the_seed() -> None:
+    """The same seed drives the same way to the bit, another one does not."""
+    ends = []
+    for seed in (1, 1, 2):
+        task = fleet(1)
+        task.reset(np.ones(1, np.bool_), np.array([seed], np.uint64))
+        ends.append(drive(task, [FORWARD], 20).tobytes())
+    assert ends[0] == ends[1] != ends[2]
+
+
+def test_walls_buckets_and_robots_stop_robots() -> None:
+    """A robot that drives on against something stays outside of it."""
+    task = fleet(3, **EXACT)
+    task.physics.put(0, 3.6, 0.5, 0.0)
+    task.physics.put(1, 0.9, 1.5, 0.0)
+    task.physics.put(2, 1.7, 1.5, math.pi)
+    states = drive(task, [FORWARD] * 3, 40)
+    assert 3.8 < states[0, 0] < 4.0 - 0.05
+    assert 1.3 - states[1, 0] > 0.15 + 0.05
+    assert states[2, 0] - 1.3 > 0.15 + 0.05
+    task.physics.put(0, 2.6, 0.5, 0.0)
+    task.physics.put(1, 3.2, 0.5, math.pi)
+    states = drive(task, [FORWARD, FORWARD, IDLE], 30)
+    assert states[1, 0] - states[0, 0] > 0.1
+
+
+def test_a_robot_that_is_not_stepped_is_no_ghost() -> None:
+    """It stands to the bit where it stood, and stops who drives into it."""
+    task = fleet(2, **EXACT)
+    task.physics.put(0, 2.6, 0.5, 0.0)
+    task.physics.put(1, 3.0, 0.5, 0.0)
+    one = np.array([True, False])
+    before = task.physics.poses()[1]
+    for _ in range(30):
+        step = task.step(np.array([FORWARD, FORWARD], np.int32), one)
+    assert (task.physics.poses()[1] == before).all()
+    assert 2.6 < step.states[0, 0] < 3.0 - 0.1
+
+
+def test_starts_are_apart_and_behind_the_finish_line() -> None:
+    """However many start, none starts in another; resets look out for those that drive."""
+    task = jetbot.create(MOST_ROBOTS, {})
+    every = np.ones(MOST_ROBOTS, np.bool_)
+    for seed in range(20):
+        states = task.reset(every, np.arange(MOST_ROBOTS, dtype=np.uint64) + np.uint64(100 * seed))
+        places = states[:, :2].astype(float)
+        apart = np.linalg.norm(places[:, None] - places[None], axis=2)
+        assert apart[~np.eye(MOST_ROBOTS, dtype=bool)].min() > 2 * ROBOT_RADIUS
+        assert (places[:, 0] > 2.0).all()
+        assert (places[:, 1] < 1.5).all()
+
+
+def test_laps_earn_points_and_end_with_the_episode() -> None:
+    """A driver of laps earns one point a lap; the state tells the gates; time ends it."""
+    task = fleet(1, episode_seconds=90.0)
+    states = task.reset(np.ones(1, np.bool_), np.array([3], np.uint64))
+    total, passed = 0.0, []
+    for _ in range(task.description.horizon):
+        x, y, heading, gates = map(float, states[0])
+        passed.append(int(gates))
+        step = task.step(np.array([lap_action(x, y, heading)], np.int32), np.ones(1, np.bool_))
+        states, total = step.states, total + float(step.rewards[0])
+    assert total >= 2
+    finished = sum(a == 3 and b == 0 for a, b in itertools.pairwise(passed))
+    assert total in {finished, finished + 1}
+    assert step.outcomes.tolist() == [Outcome.TIME_UP]
+
+
+def test_too_many_robots_are_refused() -> None:
+    """The arena says how many it has room for."""
+    with pytest.raises(StudyError, match="room for 1 to 12"):
+        jetbot.create(MOST_ROBOTS + 1, {})
+
+
+def test_seconds_become_timesteps() -> None:
+    """An episode's length is given in seconds."""
+    assert jetbot.describe({}).horizon == 480
+    settings = {"timesteps_per_second": 10.0, "episode_seconds": 2.5}
+    assert jetbot.describe(settings).horizon == 25
+
+
+def test_the_model_is_the_same_text_each_time() -> None:
+    """What is simulated follows from the arguments alone."""
+    texts = [arena_mjcf(TWO_BUCKETS, 3, motor_lag_s=0.06, step_s=0.005) for _ in range(2)]
+    assert texts[0] == texts[1]
+    assert texts[0].count("<freejoint") == 3
+
+
+def test_tiles_may_show_cameras() -> None:
+    """With cameras the task says that it takes pictures, one a robot, in the tile's shape."""
+    task = fleet(2, cameras=True)
+    assert isinstance(task, PicturedTask)
+    scene = task.description.scene
+    assert scene.camera
+    pictures = task.pictures()
+    assert pictures.shape == (2, 120, 160, 3)
+    assert scene.width / scene.height == 160 / 120
+    assert (pictures[0] != pictures[1]).any()
+    blind, actions = fleet(2), [FORWARD, TURN_LEFT]
+    seen = drive(task, actions, 10).tobytes()
+    task.pictures()
+    # Whether somebody looks changes nothing.
+    after = drive(task, actions, 10).tobytes()
+    assert drive(blind, actions, 10).tobytes() == seen
+    assert drive(blind, actions, 10).tobytes() == after
+    task.close()
+    task.close()
+
+
+def test_front_cameras_see_what_is_ahead() -> None:
+    """The bucket is in the picture of who faces it, and not of who turns away."""
+    physics = ArenaPhysics(TWO_BUCKETS, 1, motor_lag_s=0.06)
+    cameras = open_cameras(physics)
+    if not isinstance(cameras, FrontCameras):
+        pytest.skip("no EGL on this machine")
+
+    def yellow(heading: float) -> int:
+        physics.put(0, 2.0, 1.5, heading)
+        physics.advance(1, np.ones(1, np.bool_))
+        red, green, blue = cameras.picture(0).astype(int).transpose(2, 0, 1)
+        return int(((red > 1.5 * blue) & (green > 1.3 * blue)).sum())
+
+    assert yellow(0.0) > 200
+    assert yellow(math.pi / 2) == 0
+    cameras.close()
+    cameras.close()
+
+
+def test_the_view_from_above_shows_robots_where_they_are() -> None:
+    """Without EGL the operator sees the arena, the own robot in blue, north at the top."""
+    physics = ArenaPhysics(TWO_BUCKETS, 2, motor_lag_s=0.06)
+    physics.put(0, 1.0, 2.5, 0.0)
+    physics.put(1, 3.0, 0.5, 0.0)
+    picture = ViewFromAbove(physics).picture(0)
+    assert picture.shape == (120, 160, 3)
+    row, column = round(120 - 2.5 / 4 * 160), round(0.98 / 4 * 160)
+    assert picture[row, column].tolist() == [41, 120, 181]
+    assert picture[round(120 - 0.5 / 4 * 160), round(2.98 / 4 * 160)].tolist() == [148, 60, 50]
