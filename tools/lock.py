@@ -13,8 +13,8 @@ import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-LEFT_OUT = ("doom",)
-"""Extras that set-up does not install: DOOM's engine may not be used commercially."""
+LEFT_OUT = ("doom", "jetbot")
+"""Extras that set-up leaves out: DOOM's engine may not be used commercially, MuJoCo is large."""
 
 
 def main() -> int:
