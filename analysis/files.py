@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -33,7 +34,7 @@ def claim_folder(folder: Path, mark: str, what: str, replaced: Sequence[str]) ->
         folder: where the output goes.
         mark: name of a file that every output of that kind has.
         what: the output, as in "an earlier {what}".
-        replaced: patterns of the files that such an output has, as of `Path.glob`.
+        replaced: patterns of the files and folders that such an output has, as of `Path.glob`.
 
     Raises:
         StudyError: it cannot be made or emptied, or holds other files and no earlier output.
@@ -49,7 +50,10 @@ def claim_folder(folder: Path, mark: str, what: str, replaced: Sequence[str]) ->
             )
         for pattern in replaced:
             for path in folder.glob(pattern):
-                path.unlink()
+                if path.is_dir() and not path.is_symlink():
+                    shutil.rmtree(path)
+                else:
+                    path.unlink()
     except OSError as error:
         raise StudyError(
             f"the folder {folder} cannot be emptied of an earlier {what}: {error.strerror}",

@@ -40,9 +40,10 @@ def export(
     study = open_recordings(recordings, console, pool=pool_protocols)
     with console.status("Exporting"):
         results = compute_results(study, StudyTables(study))
-        # First, because it may need what is not installed.
-        data_sets = minari_data.export(study, output) if minari else ()
+        if minari:
+            minari_data.require_minari()
         written = psych_ds.export(results, output, long=long, parquet=parquet)
+        data_sets = minari_data.export(study, output) if minari else ()
     console.print(
         f"Wrote {len(written.files)} files to {output}. The rows of all {len(written.counts)} "
         "tables that recordings have counts for agree with them.",

@@ -101,7 +101,7 @@ def export(study: StudyRecordings, folder: Path) -> tuple[Written, ...]:
     Raises:
         StudyError: minari or h5py is missing, tasks differ, or the folder cannot be written.
     """
-    _require_minari()
+    require_minari()
     tasks = {session.opened.task_json for session in study.sessions}
     if len(tasks) > 1:
         raise StudyError(
@@ -207,7 +207,8 @@ def _of_robot(
         yield part, outcomes[start:end]
 
 
-def _require_minari() -> None:
+def require_minari() -> None:
+    """Raise a StudyError that says what to install, if something is missing."""
     try:
         import h5py  # noqa: F401, PLC0415 - an extra
         import minari  # noqa: F401, PLC0415 - an extra

@@ -67,7 +67,7 @@ def export(results: StudyResults, folder: Path, *, long: bool, parquet: bool) ->
         folder,
         "dataset_description.json",
         "export",
-        ["data/table-*_data.csv", "parquet/*.parquet", "jasp_jamovi/wide.csv"],
+        ["data/table-*_data.csv", "parquet/*.parquet", "jasp_jamovi/wide.csv", "minari"],
     )
     make_folder(folder / "data")
     if parquet:
