@@ -1,6 +1,6 @@
 """How long a command takes to a robot over the link, and how fast the arena is simulated.
 
-    python -m benchmarks.robot_link [--commands 200]
+    python -m benchmarks.robot_link [--commands 100]
 
 One robot's agent and body are the digital twin's, in a process of its own on this computer; the
 link is the encrypted one of studies. Both processes read one clock. "Motors" is the time from
@@ -40,7 +40,7 @@ MOVED_M = 1e-4
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description="Latency of the robot link, speed of the arena.")
-    parser.add_argument("--commands", type=int, default=200)
+    parser.add_argument("--commands", type=int, default=100)
     commands = parser.parse_args().commands
     echo = echo_latencies(commands)
     with tempfile.TemporaryDirectory() as folder:

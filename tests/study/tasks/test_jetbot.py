@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,8 +15,10 @@ from study.arena.cameras import FrontCameras, ViewFromAbove, open_cameras
 from study.arena.course import MOST_ROBOTS, ROBOT_RADIUS, TWO_BUCKETS
 from study.arena.model import arena_mjcf
 from study.arena.physics import ArenaPhysics, wheel_speeds
-from study.errors import StudyError
+from study.durations import dwell_seconds
+from study.errors import ProtocolError, StudyError
 from study.events.codes import Outcome
+from study.loading import load_protocol
 from study.tasks import jetbot
 from study.tasks.base import PicturedTask
 
@@ -142,6 +145,19 @@ def test_seconds_become_timesteps() -> None:
     assert jetbot.describe({}).horizon == 480
     settings = {"timesteps_per_second": 10.0, "episode_seconds": 2.5}
     assert jetbot.describe(settings).horizon == 25
+
+
+def test_the_shipped_study_has_the_papers_times(tmp_path: Path) -> None:
+    """A dwell of five seconds, episodes of a minute; another rate than the task's is refused."""
+    loaded = load_protocol("jetbot")
+    assert [seconds for _, seconds in dwell_seconds(loaded.protocol)] == [5.0]
+    rate = loaded.protocol.timing.timesteps_per_second
+    assert loaded.description.horizon / rate == 60.0
+    other = tmp_path / "jetbot.toml"
+    rate_line = "timesteps_per_second = {}.0"
+    other.write_text(loaded.text.replace(rate_line.format(8), rate_line.format(9), 1))
+    with pytest.raises(ProtocolError, match=r"must be that of timing\.timesteps_per_second, 9"):
+        load_protocol(str(other))
 
 
 def test_the_model_is_the_same_text_each_time() -> None:
