@@ -74,7 +74,7 @@ class _Worker:
             "scratch": str(self.scratch),
         }
         source = str(Path(study.__file__ or "").parent.parent)
-        search = [source, *(path for path in sys.path if path)]
+        inherited = os.environ.get("PYTHONPATH")
         with theirs:
             # Not multiprocessing: a fleet's own process may have no such children.
             self.process = subprocess.Popen(
@@ -91,7 +91,7 @@ class _Worker:
                 stderr=subprocess.DEVNULL,
                 env={
                     **os.environ,
-                    "PYTHONPATH": os.pathsep.join(dict.fromkeys(search)),
+                    "PYTHONPATH": os.pathsep.join([source, inherited] if inherited else [source]),
                     "OMP_NUM_THREADS": "1",
                     "OPENBLAS_NUM_THREADS": "1",
                 },
@@ -119,7 +119,9 @@ class _Worker:
                 raise _Lost("no answer in time")
             given = self.pipe.recv_bytes(65536)
         except (EOFError, OSError):
-            raise _Lost("the process ended") from None
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self.process.wait(_LEAVE_SECONDS)
+            raise _Lost(f"the process ended, status {self.process.returncode}") from None
         if given != answer:
             raise _Lost(given.decode(errors="replace"))
 
