@@ -191,7 +191,7 @@ class DoomTask:
         """
         return self._engines().arena.shown(tic)
 
-    def pictures(self) -> ArenaPlace:
+    def arena_place(self) -> ArenaPlace:
         """Return where another process finds the frames, and which robots wait for an engine."""
         return self._engines().arena.place
 

@@ -158,7 +158,7 @@ def test_tiles_are_marked_while_an_engine_is_replaced() -> None:
     need("vizdoom")
     task = doom.create(ROBOTS, {"patience": 0.5})
     task.reset(EVERY, SEEDS)
-    window = Arena.open(task.pictures())
+    window = Arena.open(task.arena_place())
     _step(task, 0)
     shown = window.shown().copy()
     assert shown.any(axis=(1, 2, 3)).all()
