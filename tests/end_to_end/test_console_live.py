@@ -95,7 +95,7 @@ def wait_running(console: Terminal, hands: Hands, *words: str) -> None:
         return False
 
     console.wait_until(reached)
-    console.drawn = b""
+    console.forget()
 
 
 @contextmanager

@@ -9,6 +9,7 @@ import select
 import struct
 import subprocess
 import termios
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -21,15 +22,37 @@ ROWS, COLUMNS = 40, 120
 class Terminal:
     """A program in a terminal of 120 by 40.
 
+    What it draws is taken in all the time, as a terminal does: a program whose output nobody takes
+    stands still, and no longer minds its keys.
+
     Attributes:
         process: the program.
-        drawn: all bytes that it drew, its escape sequences included.
     """
 
     def __init__(self, process: subprocess.Popen[bytes], descriptor: int) -> None:
         self.process = process
-        self.drawn = b""
         self._descriptor = descriptor
+        self._drawn = b""
+        self._lock = threading.Lock()
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._take_in, daemon=True)
+        self._thread.start()
+
+    @property
+    def drawn(self) -> bytes:
+        """All bytes that it drew since they were forgotten, its escape sequences included."""
+        with self._lock:
+            return self._drawn
+
+    def forget(self) -> None:
+        """Forget what was drawn so far."""
+        with self._lock:
+            self._drawn = b""
+
+    def close(self) -> None:
+        """Take nothing in any more."""
+        self._closed.set()
+        self._thread.join(PATIENCE_S)
 
     def type(self, keys: str) -> None:
         """Press keys."""
@@ -38,22 +61,25 @@ class Terminal:
     def wait_for(self, *words: str) -> None:
         """Wait until all of these were drawn since the last call that waited."""
         self.wait_until(lambda: all(word.encode() in self.drawn for word in words))
-        self.drawn = b""
+        self.forget()
 
     def wait_until(self, reached: Callable[[], bool]) -> None:
         """Let it draw until something holds."""
         deadline = time.monotonic() + PATIENCE_S
         while not reached():
             assert time.monotonic() < deadline, self.drawn[-3000:].decode(errors="replace")
-            self.draw()
+            time.sleep(0.05)
 
-    def draw(self, seconds: float = 0.05) -> None:
-        """Take in what it draws within a moment."""
-        if select.select([self._descriptor], [], [], seconds)[0]:
+    def _take_in(self) -> None:
+        while not self._closed.is_set():
+            if not select.select([self._descriptor], [], [], 0.05)[0]:
+                continue
             try:
-                self.drawn += os.read(self._descriptor, 1 << 16)
+                taken = os.read(self._descriptor, 1 << 16)
             except OSError:
-                time.sleep(seconds)  # The program has ended.
+                return  # The program has ended.
+            with self._lock:
+                self._drawn += taken
 
 
 @contextmanager
@@ -70,9 +96,11 @@ def in_terminal(*command: str, **environment: str) -> Iterator[Terminal]:
         env={**os.environ, "TERM": "xterm-256color", "COLORTERM": "", **environment},
     )
     os.close(its)
+    terminal = Terminal(process, ours)
     try:
-        yield Terminal(process, ours)
+        yield terminal
     finally:
         process.kill()
         process.wait(PATIENCE_S)
+        terminal.close()
         os.close(ours)
