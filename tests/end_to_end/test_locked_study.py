@@ -29,7 +29,7 @@ def test_a_plan_is_confirmatory_until_it_changes(tmp_path: Path) -> None:
     assert CliRunner().invoke(command.app, ["lock", str(protocol)]).exit_code == 0
     record(protocol, 0, recordings)
     page = write_report([recordings], tmp_path / "first").read_text()
-    assert '<span class="badge confirmatory">Confirmatory</span>' in page
+    assert '<span class="badge confirmatory">Confirmatory, simulated data</span>' in page
     assert "are as they were locked on" in page
     assert "before the first record, and have not changed since" in page
 

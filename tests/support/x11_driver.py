@@ -81,11 +81,13 @@ class Hands:
         root = self._display.screen().root
         while time.monotonic() < deadline:
             for window in root.query_tree().children:
-                attributes = window.get_attributes()
-                if attributes.map_state == X.IsViewable and window.get_geometry().width > 200:
-                    window.set_input_focus(X.RevertToPointerRoot, X.CurrentTime)
-                    self._display.sync()
-                    return window
+                # A program may close one window and open another.
+                with contextlib.suppress(XError):
+                    attributes = window.get_attributes()
+                    if attributes.map_state == X.IsViewable and window.get_geometry().width > 200:
+                        window.set_input_focus(X.RevertToPointerRoot, X.CurrentTime)
+                        self._display.sync()
+                        return window
             time.sleep(0.05)
         raise AssertionError("no window appeared")
 
