@@ -136,9 +136,8 @@ def sensitivity(experiment: Experiment) -> Drawing | None:
                     points.append((x, scale(mean.value)))
                     if mean.interval is not None:
                         # Of few trials an interval can reach beyond what a share can be.
-                        ends = [scale(min(1.0, max(0.0, end)))
-                                for end in (mean.interval.low, mean.interval.high)]  # fmt: skip
-                        drawing.line((x, ends[0]), (x, ends[1]), f"s-{colour}")
+                        shown = mean.interval.within(0.0, 1.0)
+                        drawing.line((x, scale(shown.low)), (x, scale(shown.high)), f"s-{colour}")
                 drawing.polyline(points, f"s-{colour} medium{line}")
                 for point in points:
                     fill = f"f-{colour} s-paper" if not line else f"f-paper s-{colour}"
@@ -233,10 +232,8 @@ def _dots(
                 continue
             y = TOP + ROW * (row + 0.5) + (shift if len(marks) > 1 else 0.0)
             if mean.interval is not None:
-                low, high = mean.interval.low, mean.interval.high
-                if upto is not None:
-                    low, high = max(0.0, low), min(upto, high)
-                drawing.line((scale(low), y), (scale(high), y), f"s-{colour} medium")
+                shown = mean.interval if upto is None else mean.interval.within(0.0, upto)
+                drawing.line((scale(shown.low), y), (scale(shown.high), y), f"s-{colour} medium")
             drawing.circle((scale(mean.value), y), 4.2, f"f-{colour} s-paper")
     return scale
 

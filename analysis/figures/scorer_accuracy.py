@@ -42,8 +42,7 @@ class Accuracy:
     def interval(self) -> Interval | None:
         """The interval over trials, else Wilson's 95 % (1927); None without a number held out."""
         if self.over_trials is not None:
-            low, high = max(0.0, self.over_trials.low), min(1.0, self.over_trials.high)
-            return Interval(low, high)
+            return self.over_trials.within(0.0, 1.0)
         if not self.held_out:
             return None
         return wilson(self.top1, self.held_out)

@@ -43,6 +43,10 @@ class Interval:
         """Return whether the value lies within the interval, ends included."""
         return self.low <= value <= self.high
 
+    def within(self, low: float, high: float) -> Interval:
+        """Return the part of it between two bounds, as a figure of shares shows it."""
+        return Interval(max(low, self.low), min(high, self.high), self.level)
+
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class EffectSize:

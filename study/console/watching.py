@@ -114,13 +114,18 @@ class WatchScreen(Screen[None]):
         except (OSError, ValueError):
             pass  # It is gone: said below.
         except StudyError as error:
-            self.farewell = str(error)
+            self._part(str(error))
         if not self.farewell:
-            self.farewell = (
+            self._part(
                 "The session's program is gone without having ended the session: it was killed, or "
                 "met an error. What the recording holds is safe; `study run ... --resume` goes on."
             )
         self.show()
+
+    def _part(self, words: str) -> None:
+        """Follow no longer: what asks something of the session is not offered any more."""
+        self.farewell = words
+        self.refresh_bindings()
 
     def _take(self, said: Status | Answer | Ended) -> None:
         self._heard = time.monotonic()
@@ -133,14 +138,12 @@ class WatchScreen(Screen[None]):
                 self.notify(_DONE.get(said.command, "Done."), markup=False)
         else:
             how = "complete" if said.complete else f"ended early: {said.reason}"
-            self.farewell = f"The session is over ({how}). L lists others, Q closes the console."
+            self._part(f"The session is over ({how}). L lists others, Q closes the console.")
             self.over = True
         self.show()
 
     def show(self) -> None:
         """Bring what is seen up to date."""
-        if self.farewell:
-            self.refresh_bindings()
         # A last word may come while the screen is being taken away.
         if not all(self.query(f"#{name}") for name in ("headline", *PANELS)):
             return

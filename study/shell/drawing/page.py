@@ -85,10 +85,7 @@ def draw_text_page(canvas: Canvas, title: str, subtitle: str, paragraphs: tuple[
     size = _text_size(canvas, width, room, paragraphs)
     height = min(room, _text_height(canvas, width, size, paragraphs))
     top = chrome.block_top(canvas, head + height + u(24 if tall else 16))
-    canvas.write(title, margin, top + u(44 if tall else 34), u(36), weight="bold", width=width)
-    if subtitle:
-        canvas.write(subtitle, margin, top + u(83 if tall else 70), u(21),
-                     colour=palette.SECONDARY, width=width)  # fmt: skip
+    _write_title(canvas, title, subtitle, pygame.Rect(margin, top, width, head))
     card = pygame.Rect(margin, top + head, width, height)
     _fill_card(canvas, card, paragraphs, size)
 
@@ -118,13 +115,21 @@ def _draw_title(canvas: Canvas, screen: PageScreen) -> pygame.Rect:
     margin = chrome.content_margin(canvas, WIDE)
     width = canvas.size[0] - 2 * margin
     top = chrome.header_height(canvas)
-    canvas.write(screen.title, margin, top + u(44 if tall else 34), u(36), weight="bold",
-                 width=width)  # fmt: skip
-    canvas.write(screen.subtitle, margin, top + u(83 if tall else 70), u(21),
-                 colour=palette.SECONDARY, width=width)  # fmt: skip
-    top += u(116 if tall else 96)
+    head = u(116 if tall else 96)
+    _write_title(canvas, screen.title, screen.subtitle, pygame.Rect(margin, top, width, head))
+    top += head
     bottom = chrome.footer_rect(canvas).top - u(24 if tall else 16)
     return pygame.Rect(margin, top, width, bottom - top)
+
+
+def _write_title(canvas: Canvas, title: str, subtitle: str, place: pygame.Rect) -> None:
+    """Write a title and the sentence under it, if there is one, from the top of a place."""
+    u, tall = canvas.u, chrome.is_tall(canvas)
+    canvas.write(title, place.left, place.top + u(44 if tall else 34), u(36), weight="bold",
+                 width=place.width)  # fmt: skip
+    if subtitle:
+        canvas.write(subtitle, place.left, place.top + u(83 if tall else 70), u(21),
+                     colour=palette.SECONDARY, width=place.width)  # fmt: skip
 
 
 def _draw_announcement(canvas: Canvas, screen: PageScreen) -> None:
