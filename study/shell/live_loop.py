@@ -45,7 +45,7 @@ from study.shell.window import Window
 SECOND = 1_000_000_000
 CLOCK_PAIR_EVERY_NS = 10 * SECOND
 HEALTH_EVERY_NS = SECOND
-PAINT_AHEAD = 0.6
+PAINT_AHEAD = 0.75
 """Share of the time between two pictures by which the next is painted ahead of being presented.
 
 Painting takes longer when much changes; begun early, it still ends before the deadline. It shows

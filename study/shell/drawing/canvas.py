@@ -8,7 +8,7 @@ from contextlib import contextmanager
 import pygame
 
 from study.messages import SOURCE, Messages, messages_for
-from study.shell.drawing import palette
+from study.shell.drawing import boxes, palette
 from study.shell.drawing.drawn import Boxed, Part, Watcher, Written, is_crowded
 from study.shell.drawing.kept import Kept
 from study.shell.drawing.lettering import (
@@ -318,31 +318,4 @@ class Canvas:
             self.boxed.append(place.copy())
         if self.watcher is not None and not self._aside:
             self.watcher(self.surface, Boxed(place.copy(), fill, edge, self._moving))
-        r = max(1, min(round(radius), place.width // 2, place.height // 2))
-        line = max(1, round(edge_width)) if edge is not None else 0
-
-        def paint(surface: pygame.Surface, k: float) -> None:
-            outer = surface.get_rect()
-            pygame.draw.rect(surface, edge or fill, outer, border_radius=round(r * k))
-            if line:
-                inner = outer.inflate(-2 * line * k, -2 * line * k)
-                pygame.draw.rect(surface, fill, inner, border_radius=max(0, round((r - line) * k)))
-
-        corners = self.sprite(("box", r, line, fill, edge), 2 * r, 2 * r, paint)
-        self.surface.fill(fill, place.inflate(-2 * r, 0))
-        self.surface.fill(fill, place.inflate(0, -2 * r))
-        blend = pygame.BLEND_PREMULTIPLIED
-        right, bottom = place.right - r, place.bottom - r
-        self.surface.blit(corners, place.topleft, (0, 0, r, r), blend)
-        self.surface.blit(corners, (right, place.top), (r, 0, r, r), blend)
-        self.surface.blit(corners, (place.left, bottom), (0, r, r, r), blend)
-        self.surface.blit(corners, (right, bottom), (r, r, r, r), blend)
-        if line and edge is not None:
-            across, down = place.width - 2 * r, place.height - 2 * r
-            for x, y, width, height in (
-                (place.left + r, place.top, across, line),
-                (place.left + r, place.bottom - line, across, line),
-                (place.left, place.top + r, line, down),
-                (place.right - line, place.top + r, line, down),
-            ):
-                self.surface.fill(edge, (x, y, max(0, width), max(0, height)))
+        boxes.paint(self.surface, self._sprites, place, radius, fill, edge, edge_width)

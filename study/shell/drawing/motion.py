@@ -61,16 +61,18 @@ def along_trail(
         distances: ascending, in the unit of the path.
     """
     points: list[tuple[float, float]] = []
-    passed = 0.0
-    wanted = list(distances)
+    passed, found, wanted = 0.0, 0, len(distances)
     for (x0, y0), (x1, y1) in pairwise(places):
-        length = math.hypot(x1 - x0, y1 - y0)
-        while wanted and length > 0 and passed + length >= wanted[0]:
-            share = (wanted.pop(0) - passed) / length
-            points.append((x0 + (x1 - x0) * share, y0 + (y1 - y0) * share))
-        if not wanted:
+        across, down = x1 - x0, y1 - y0
+        length = math.hypot(across, down)
+        reached = passed + length
+        while found < wanted and length > 0 and reached >= distances[found]:
+            share = (distances[found] - passed) / length
+            points.append((x0 + across * share, y0 + down * share))
+            found += 1
+        if found == wanted:
             break
-        passed += length
+        passed = reached
     return points
 
 
@@ -124,8 +126,12 @@ class Motion:
             return Pose(tile.x, tile.y, tile.heading, trail)
         share = fraction(now_ns, screen.t_ns, screen.timestep_seconds)
         drawn = between(before, tile, share)
-        passed = tuple(place for place in trail if place != (tile.x, tile.y))
-        return dataclasses.replace(drawn, trail=((drawn.x, drawn.y), *passed))
+        # The robot is not yet where its newest state is.
+        here = (tile.x, tile.y)
+        passed = trail[1:] if trail[:1] == (here,) else trail
+        if here in passed:
+            passed = tuple(place for place in passed if place != here)
+        return Pose(drawn.x, drawn.y, drawn.heading, ((drawn.x, drawn.y), *passed))
 
     def dwell_left(self, screen: FleetScreen, now_ns: int) -> float:
         """Return the share of the dwell left, drawn smoothly; -1 if there is none."""

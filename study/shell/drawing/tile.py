@@ -110,9 +110,10 @@ def _body_of(view: maps.MapView, shown: TileView) -> Body:
     x, y = view.robot_point(pose.x, pose.y, driven=driven)
     trail: tuple[tuple[int, int], ...] = ()
     if not driven:
-        distances = tuple(view.robot_radius * distance for distance in TRAIL_DISTANCES)
-        dots = along_trail((view.point(*place) for place in pose.trail), distances)
-        trail = tuple((round(across), round(down)) for across, down in dots)
+        radius = view.robot_radius / view.scale
+        dots = along_trail(pose.trail, tuple(radius * distance for distance in TRAIL_DISTANCES))
+        points = (view.point(*dot) for dot in dots)
+        trail = tuple((round(across), round(down)) for across, down in points)
     ring = round(shown.dwell_left * RING_STEPS) if shown.dwell_left >= 0 else -1
     return Body(round(x), round(y), trail, heading_step(pose.heading), ring, shown.landing)
 
