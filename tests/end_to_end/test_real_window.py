@@ -12,6 +12,7 @@ import pytest
 from analysis.commands.report import write_report
 from participant import Participant
 from patience import PATIENCE_S
+from protocols import variant
 from study.events.inputs import KeyChanged
 from study.recording.reader import read_recording
 from study.verification import verify
@@ -85,3 +86,23 @@ def test_pilot_protocol_by_real_events(tmp_path: Path) -> None:
     path, sent = run_session("protocols/pilot.toml", folder, mouse=True, timeout_s=1500)
     check(path, sent, tmp_path / "report")
     assert len(sent) > 500
+
+
+SHORT_CARTS = (
+    ("episodes = 4", "episodes = 1"),
+    ("timesteps = 200", "timesteps = 20"),
+    ("trials = 2", "trials = 1"),
+    ("trial_timesteps = 300", "trial_timesteps = 60"),
+    ("epochs = 100", "epochs = 2"),
+    ("at_least = 4", "at_least = 2"),
+)
+
+
+def test_gymnasium_by_real_events(tmp_path: Path) -> None:
+    """Carts of Gymnasium are driven in a window: every key sent is recorded, and it replays."""
+    pytest.importorskip("gymnasium")
+    carts = variant(tmp_path, *SHORT_CARTS, base="cart_pole")
+    folder = tmp_path / "recordings"
+    path, sent = run_session(str(carts), folder, mouse=False, timeout_s=2 * PATIENCE_S)
+    check(path, sent, tmp_path / "report")
+    assert any(key in ("left", "right") for key, _ in sent)
