@@ -63,12 +63,13 @@ def preflight(
     from study.commands.run import parse_size  # noqa: PLC0415
     from study.commands.running import Seat  # noqa: PLC0415 - pygame is slow to import
     from study.shell.preflight.check import FILE, as_json  # noqa: PLC0415
-    from study.shell.window import check_ui_scale  # noqa: PLC0415
+    from study.shell.window import check_size, check_ui_scale  # noqa: PLC0415
     from study.whole_file import replace_text  # noqa: PLC0415
 
     require_pygame_ce()
     loaded = load_protocol(protocol)
-    seat = Seat(parse_size(size), fullscreen=fullscreen, ui_scale=check_ui_scale(ui_scale))
+    wanted = check_size(parse_size(size))
+    seat = Seat(wanted, fullscreen=fullscreen, ui_scale=check_ui_scale(ui_scale))
     assignment = _rehearsed(loaded, participant, order, output, pilot=pilot)
     found = _look(loaded, assignment, output, seat, with_keys=keys)
     found = found.model_copy(update={"participant": participant})
@@ -143,7 +144,7 @@ def _checks(
     try:
         window = seat.open_window(protocol.study)
     except StudyError as error:
-        yield Check(name="display", state="red", found=str(error), wanted="a window",
+        yield Check(name="display", state="red", found=error.message, wanted="a window",
                     advice="Run it on the participant's desktop.")  # fmt: skip
         return
     with closing(window):

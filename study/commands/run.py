@@ -24,10 +24,10 @@ from study.shell.pygame_check import require_pygame_ce
 
 def run(
     protocol: Annotated[str, typer.Argument(help="Protocol file, or name of a shipped one.")],
-    participant: Annotated[
-        str,
+    given: Annotated[
+        str | None,
         typer.Option("--participant", "-p", help="Pseudonymous id; default: one is drawn."),
-    ] = "",
+    ] = None,
     output: Annotated[
         Path, typer.Option("--output", "-o", help="Folder of the recordings.")
     ] = Path("recordings"),
@@ -79,7 +79,7 @@ def run(
         resume_session,
         run_session,
     )
-    from study.shell.window import check_ui_scale  # noqa: PLC0415
+    from study.shell.window import check_size, check_ui_scale  # noqa: PLC0415
 
     require_pygame_ce()
     if live:
@@ -87,8 +87,10 @@ def run(
     loaded = load_protocol(protocol)
     if warning := lock_warning(loaded):
         errors.print(f"[yellow]{escape(warning)}[/]")
-    window_size = parse_size(size)
+    window_size = check_size(parse_size(size))
     check_ui_scale(ui_scale)
+    # An empty id is a slip, as of a variable that was never set: no pseudonym is drawn for it.
+    participant = "" if given is None else check_participant(given)
     remark = preflight_remark(output, loaded.sha256, override_preflight, participant)
     scorers = parse_overrides(scorer or [])
     if resume:
@@ -97,7 +99,7 @@ def run(
                 "--resume keeps the session's order, seed and slot, and begins no other session",
                 "Leave out --again, --order, --seed and --pilot.",
             )
-        whose = check_participant(participant or enrolling.who_broke_off(loaded, output))
+        whose = participant or check_participant(enrolling.who_broke_off(loaded, output))
         boundary = find_boundary(loaded, whose, output)
         enrolled = enrolling.Enrolled(loaded, whose, output)
         known = enrolled.resume()

@@ -90,9 +90,16 @@ class WatchScreen(Screen[None]):
         yield Footer(show_command_palette=False)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Offer what asks something of the session only while there is one."""
+        """Offer only what can be done: nothing of a session that is over, no going on of one that runs."""
         asks = action in ("pause", "resume", "annotate", "end")
-        return not (asks and self.farewell) and super().check_action(action, parameters)
+        if asks and self.farewell:
+            return False
+        if self.status is not None:
+            if action == "pause":
+                return self.status.state != "held"
+            if action == "resume":
+                return self.status.state in ("paused", "held")
+        return super().check_action(action, parameters)
 
     def on_mount(self) -> None:
         """Begin to follow."""
@@ -130,7 +137,9 @@ class WatchScreen(Screen[None]):
     def _take(self, said: Status | Answer | Ended) -> None:
         self._heard = time.monotonic()
         if isinstance(said, Status):
-            self.status = said
+            before, self.status = self.status, said
+            if before is None or before.state != said.state:
+                self.refresh_bindings()
         elif isinstance(said, Answer):
             if said.refused:
                 self.notify(said.refused, title="Not done", severity="warning", markup=False)

@@ -134,7 +134,7 @@ def fits(status: Status) -> Text:
     text = Text()
     for fit in reversed(status.fits):
         bad = fit.state in ("failed", "timed out", "ends the session")
-        text.append(f"{fit.artefact_id}  ", "bold")
+        text.append(f"{fit.artefact_id.replace(':', ' ')}  ", "bold")
         text.append(fit.state, CAREFUL if bad else "")
         if fit.gate:
             text.append("  gate ", QUIET).append(
@@ -142,10 +142,10 @@ def fits(status: Status) -> Text:
             )
         text.append("\n")
         measured = []
-        if fit.likelihood_gain is not None:
-            measured.append(f"log-likelihood {fit.likelihood_gain:+.3f} above chance")
         if fit.top1 is not None and fit.chance_top1 is not None:
             measured.append(f"top-1 {fit.top1:.2f}, chance {fit.chance_top1:.2f}")
+        if fit.likelihood_gain is not None:
+            measured.append(f"{fit.likelihood_gain:+.3f} nats a choice")
         if measured:
             text.append(f"  {'; '.join(measured)}\n")
         if fit.reason:

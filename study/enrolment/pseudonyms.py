@@ -21,7 +21,13 @@ def check_participant(given: str) -> str:
     Raises:
         StudyError: it could not be part of a file's name, or looks like more than an id.
     """
-    if not PARTICIPANT.fullmatch(given) or _DEVICE_NAMES.fullmatch(given):
+    if _DEVICE_NAMES.fullmatch(given):
+        raise StudyError(
+            f'participant id "{given}" cannot be used',
+            "Windows keeps that name for a device, and no file can have it. "
+            "Give a pseudonym such as P01.",
+        )
+    if not PARTICIPANT.fullmatch(given):
         raise StudyError(
             f'participant id "{given[:60]}" cannot be used',
             "Give a pseudonym such as P01: up to 32 letters, digits, - and _; never a name.",

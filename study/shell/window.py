@@ -69,6 +69,20 @@ def _refuse_unseen(driver: str) -> None:
         raise pygame.error("there is no display")
 
 
+def check_size(size: tuple[int, int] | None) -> tuple[int, int] | None:
+    """Return the size asked for if the screens have room in it, or None if none was.
+
+    Raises:
+        StudyError: it is too small.
+    """
+    if size is not None and (size[0] < SMALLEST[0] or size[1] < SMALLEST[1]):
+        raise StudyError(
+            f"a window of {size[0]}x{size[1]} pixels was asked for",
+            f"It needs at least {SMALLEST[0]}x{SMALLEST[1]}.",
+        )
+    return size
+
+
 def check_ui_scale(factor: float) -> float:
     """Return a factor by which text is larger.
 
@@ -128,11 +142,7 @@ class Window:
         painter: Callable[[tuple[int, int]], Painter] | None = None,
     ) -> None:
         require_pygame_ce()
-        if size is not None and (size[0] < SMALLEST[0] or size[1] < SMALLEST[1]):
-            raise StudyError(
-                f"a window of {size[0]}x{size[1]} pixels was asked for",
-                f"It needs at least {SMALLEST[0]}x{SMALLEST[1]}.",
-            )
+        check_size(size)
         # Software X servers flip 30 times faster without it; read when the display opens.
         os.environ.setdefault("SDL_FRAMEBUFFER_ACCELERATION", "0")
         os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")

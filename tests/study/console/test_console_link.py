@@ -109,6 +109,8 @@ def test_what_makes_no_sense_now_is_refused(session: WatchedSession) -> None:
         answer = caller.answer()
         assert answer is not None
         assert refused in answer.refused if refused else not answer.refused
+    # The answer may come before the session obeys.
+    until(lambda: len(session.obeyed) == 2)
     assert [command.command for command in session.obeyed] == ["pause", "resume"]
 
 

@@ -99,7 +99,7 @@ def test_everything_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:
                         "12 robots", "Timestep 0 of 400"),
                 "recording": ("All but the last 0.2 s is on disk", "5,204 of 5,210"),
                 "timing": ("1 of 600 pictures late", "34.0 ms", "0 timesteps skipped"),
-                "fits": ("scorer:luce", "gate passed", "+0.486", "top-1 0.61, chance 0.25"),
+                "fits": ("scorer luce", "gate passed", "+0.486", "top-1 0.61, chance 0.25"),
                 "deviations": ("practice repeated",),
                 "notes": ("1:11", "asked which key selects a robot"),
             }.items():  # fmt: skip
