@@ -115,6 +115,18 @@ def utc(stamp: str) -> str:
     return f"{moment:%Y-%m-%d %H:%M:%S} UTC"
 
 
+_NAMED = {"own": "own scorer", "own, cross-validated": "own scorer, cross-validated", "luce": "Luce"}
+
+
+def scorer_name(name: str) -> str:
+    """Return what a report calls a scorer: its name in recordings and tables, made readable.
+
+    A name that a protocol or an analyst gave stays but for its underscores.
+    """
+    bare = name.removeprefix("scorer:")
+    return _NAMED.get(bare, bare.replace("_", " "))
+
+
 def listed(words: Sequence[str]) -> str:
     """Join words: "a", "a and b", "a, b and c"."""
     if len(words) < 2:

@@ -36,6 +36,7 @@ def page_environment() -> Environment:
         effect=formatting.effect,
         effect_symbol=formatting.effect_symbol,
         listed=formatting.listed,
+        scorer_name=formatting.scorer_name,
         utc=formatting.utc,
     )
     return environment

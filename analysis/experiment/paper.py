@@ -49,7 +49,10 @@ def beside_the_paper(experiment: Experiment) -> list[Beside]:
     ]
     first = experiment.dwells[0]
     frame = runs_at(experiment, first)
-    for scorer, given in ((experiment.luce, "79 %"), (experiment.classifier, "32 %")):
+    for scorer, given in (
+        (experiment.luce, f"{LUCE_TOP1:.2f}"),
+        (experiment.classifier, f"{CLASSIFIER_TOP1:.2f}"),
+    ):
         if scorer is None:
             continue
         mine = frame[frame["scorer"] == scorer]

@@ -7,6 +7,7 @@ import pandas as pd
 
 from analysis.figures.svg import Drawing
 from analysis.figures.what_if import Dot, dot_panels, matrix_cells, parting_panels
+from analysis.formatting import scorer_name
 from analysis.sections.what_if import VALIDATED, Matrix, Mean, RegretRow, ScorerRow
 from analysis.what_if import WhatIf, pooled
 
@@ -25,7 +26,7 @@ def scorer_dots(rows: list[ScorerRow]) -> Drawing | None:
     ]
     title = f"Agreement and likelihood of {len(shown)} scorers, means over participants"
     return dot_panels(
-        "whatif-scorers", [row.scorer for row in shown], panels, title, "no likelihood"
+        "whatif-scorers", [scorer_name(row.scorer) for row in shown], panels, title, "no likelihood"
     )
 
 
@@ -39,7 +40,7 @@ def regret_dots(rows: list[RegretRow]) -> Drawing | None:
         ("Without regret", "share of choices", shares, None),
     ]
     title = f"Regret of {len(rows)} ways to choose, means over participants"
-    return dot_panels("whatif-regret", [row.who for row in rows], panels, title, "")
+    return dot_panels("whatif-regret", [scorer_name(row.who) for row in rows], panels, title, "")
 
 
 def matrix_figure(found: Matrix | None) -> Drawing | None:
@@ -77,7 +78,7 @@ def _lines(
     lines = []
     for name in names:
         mine = people[people["scorer"] == name].groupby("at")["agreement"].mean()
-        lines.append((name, [(float(at), float(value)) for at, value in mine.items()]))  # type: ignore[arg-type]
+        lines.append((scorer_name(name), [(float(at), float(value)) for at, value in mine.items()]))  # type: ignore[arg-type]
     chance = people.groupby("at")["chance_agreement"].mean()
     return lines, [(float(at), float(value)) for at, value in chance.items()]  # type: ignore[arg-type]
 
