@@ -26,6 +26,8 @@ CLOSING = 1 / 3
 FARTHEST = 6.6
 """Radii that marks and rings reach at most from a robot's middle."""
 RING_STEPS = 120
+LARGE = -1
+"""In place of a robot's number: whichever has the large tile."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -132,16 +134,19 @@ def draw_tile(canvas: Canvas, scene: Scene, shown: TileView, looks: Looks | None
     place, tile, look = shown.place, shown.tile, shown.look
     looks = looks or looks_of(scene, shown)
     view = maps.MapView(scene, place.map)
+    # Robots share the large tile, and what is remembered of it: a picture of each would fill
+    # tens of megabytes.
+    seat = LARGE if place.single else tile.robot
     canvas.remember(
-        ("tile", tile.robot, place.single),
-        looks.still,
+        ("tile", seat),
+        (tile.robot, looks.still),
         frames.frame_rect(canvas, place),
         lambda: _draw_still(canvas, scene, shown),
     )
     if scene.camera:
         canvas.remember(
-            ("picture", tile.robot, place.single),
-            (looks.shot, canvas.scale),
+            ("picture", seat),
+            (tile.robot, looks.shot, canvas.scale),
             place.map,
             lambda: draw_picture(canvas, shown.shot, place.map),
         )
@@ -159,7 +164,7 @@ def _draw_on_map(canvas: Canvas, view: maps.MapView, shown: TileView, looks: Loo
     place, tile, look, body = shown.place, shown.tile, shown.look, looks.body
     row = plate.health_row(canvas, place)
     canvas.remember(
-        ("health", tile.robot, place.single),
+        ("health", LARGE if place.single else tile.robot),
         looks.health,
         row.place,
         lambda: plate.draw_health(canvas, row, tile, boxed=look.driven),
