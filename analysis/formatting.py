@@ -115,7 +115,11 @@ def utc(stamp: str) -> str:
     return f"{moment:%Y-%m-%d %H:%M:%S} UTC"
 
 
-_NAMED = {"own": "own scorer", "own, cross-validated": "own scorer, cross-validated", "luce": "Luce"}
+_NAMED = {
+    "own": "own scorer",
+    "own, cross-validated": "own scorer, cross-validated",
+    "luce": "Luce",
+}
 
 
 def scorer_name(name: str) -> str:

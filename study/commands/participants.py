@@ -134,6 +134,8 @@ def _edit(register: Register, known: Participant, action: str, text: str) -> Non
             editing.set_pilot(register, known, pilot=action == "mark-pilot")
         case "note":
             editing.note(register, known, text)
+            console.print(f"{known.pseudonym}: noted; `study participants history` shows it.")
+            return
         case _:
             register.release(known.study, known.pseudonym)
     now = register.find(known.study, known.pseudonym)

@@ -10,14 +10,17 @@ from rich.markup import escape
 
 from study.commands.terminal import console, errors
 from study.errors import StudyError
-from study.recording.parts import part_files
+from study.recording.parts import part_files, recordings_in
 from study.shell.pygame_check import require_pygame_ce
 
 _SOMETHING_MISSING = 3
 
 
 def replay(
-    files: Annotated[list[Path], typer.Argument(help="Recording to watch; several to verify.")],
+    files: Annotated[
+        list[Path],
+        typer.Argument(help="Recording to watch; to verify, several or folders of them."),
+    ],
     participant_view: Annotated[  # noqa: FBT002
         bool,
         typer.Option(
@@ -89,6 +92,12 @@ def replay(
         ui_scale=ui_scale,
     )
     (file,) = files
+    if file.is_dir():
+        there = len(recordings_in(file))
+        raise StudyError(
+            f"{file} is a folder, of {there} recordings" if there else f"{file} is a folder",
+            "Give one recording (*.mcap) to watch; --verify takes folders.",
+        )
     if video is None:
         watch(file, wish)
     elif not film(file, wish, video):
@@ -98,10 +107,14 @@ def replay(
 def _verify(files: list[Path], *, resimulate: bool) -> None:
     """Verify sessions, each once; exit with status 1 if not all agrees."""
     sessions: dict[tuple[Path, ...], Path] = {}
-    for file in files:
-        if not file.is_file():
-            raise StudyError(f"no recording {file}", "Give the path of an .mcap file.")
-        sessions.setdefault(tuple(part_files(file)), file)
+    for given in files:
+        found = recordings_in(given) if given.is_dir() else [given]
+        if given.is_dir() and not found:
+            raise StudyError(f"no recordings in {given}", "Give recordings (*.mcap), or a folder.")
+        for file in found:
+            if not file.is_file():
+                raise StudyError(f"no recording {file}", "Give the path of an .mcap file.")
+            sessions.setdefault(tuple(part_files(file)), file)
     whole = True
     for file in sessions.values():
         if len(sessions) > 1:

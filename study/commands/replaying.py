@@ -27,6 +27,7 @@ from study.shell.replay.viewer import Viewer
 from study.shell.window import check_ui_scale
 
 SECOND = 1_000_000_000
+MINUTE_S = 60.0
 _TIME = re.compile(r"(?:(?P<minutes>\d{1,5}):)?(?P<seconds>\d{1,6}(?:\.\d{1,9})?)")
 
 
@@ -167,6 +168,6 @@ def _time_of(given: str) -> int:
         StudyError: it is no time.
     """
     match = _TIME.fullmatch(given.strip())
-    if match is None:
+    if match is None or (match["minutes"] and float(match["seconds"]) >= MINUTE_S):
         raise StudyError(f'time "{given}"', 'Give minutes and seconds, "12:34.5", or seconds.')
     return round((int(match["minutes"] or 0) * 60 + float(match["seconds"])) * SECOND)

@@ -20,6 +20,7 @@ from study.recording.parts import (
     SessionRecording,
     join_parts,
     part_number,
+    recordings_in,
 )
 from study.recording.reader import Recording, read_recording
 from study.recording.wire import decode, encode, record_types_by_topic
@@ -135,7 +136,7 @@ def last_session(loaded: LoadedProtocol, participant: str, folder: Path) -> Sess
     """
     study = loaded.protocol.study.name
     found: list[Recording] = []
-    for path in _recordings_in(folder):
+    for path in recordings_in(folder):
         try:
             recording = read_recording(path)
         except RecordingError as error:
@@ -297,10 +298,6 @@ def _differs(recording: SessionRecording, sequence: int, what: str) -> Recording
     )
 
 
-def _recordings_in(folder: Path) -> list[Path]:
-    return sorted([*folder.glob("*.mcap"), *folder.glob("*.mcap.part")])
-
-
 def _wait_for_writers(folder: Path, loaded: LoadedProtocol, participant: str) -> None:
     """Wait until no process writes a file of the participant any more.
 
@@ -309,7 +306,7 @@ def _wait_for_writers(folder: Path, loaded: LoadedProtocol, participant: str) ->
     """
     name = re.compile(rf"{re.escape(loaded.protocol.study.name)}_{re.escape(participant)}_.*")
     deadline = time.monotonic() + WRITER_PATIENCE_S
-    while held := _held(path for path in _recordings_in(folder) if name.fullmatch(path.name)):
+    while held := _held(path for path in recordings_in(folder) if name.fullmatch(path.name)):
         if time.monotonic() > deadline:
             raise StudyError(
                 f"{held} is still being written",

@@ -90,7 +90,7 @@ class WatchScreen(Screen[None]):
         yield Footer(show_command_palette=False)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Offer only what can be done: nothing of a session that is over, no going on of one that runs."""
+        """Offer only what can be done now: nothing of a session that is over."""
         asks = action in ("pause", "resume", "annotate", "end")
         if asks and self.farewell:
             return False

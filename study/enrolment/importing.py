@@ -14,7 +14,7 @@ from study.events.inputs import SessionOpened
 from study.protocol import parse_protocol
 from study.recording.enrolled import FILE_NAME, tombstones
 from study.recording.identity import PILOT
-from study.recording.parts import SessionRecording, base_name, read_session
+from study.recording.parts import SessionRecording, base_name, read_session, recordings_in
 from study.recording.reader import read_recording
 
 NOT_UNDERSTOOD = "the instructions were not understood"
@@ -56,7 +56,7 @@ def bring_in_step(register: Register) -> int:
     with register.transaction():
         known = {row[0] for row in register.connection.execute("SELECT path FROM files")}
     fresh: dict[str, Path] = {}
-    for path in sorted([*folder.glob("*.mcap"), *folder.glob("*.mcap.part")]):
+    for path in recordings_in(folder):
         if _final_name(path) not in known:
             fresh.setdefault(base_name(path), path)
     others: list[str] = []

@@ -210,6 +210,11 @@ def read_sessions(paths: Iterable[Path]) -> list[SessionRecording]:
     return join_parts(read_recording(path) for path in paths)
 
 
+def recordings_in(folder: Path) -> list[Path]:
+    """Return the recordings that lie in a folder, by name; those not closed are among them."""
+    return sorted([*folder.glob("*.mcap"), *folder.glob("*.mcap.part")])
+
+
 def part_files(path: Path) -> list[Path]:
     """Return the parts of a recording that lie in its folder, in order, itself among them.
 

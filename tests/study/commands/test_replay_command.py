@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import stat
 import subprocess
 from pathlib import Path
@@ -37,6 +38,7 @@ def test_no_display_is_said(recording: Path) -> None:
         (["--speed", "3"], "a speed of 3"),
         (["--trial", "99"], "no trial 99 in the session"),
         (["--from", "noon"], 'time "noon"'),
+        (["--from", "9:99"], 'time "9:99"'),
         (["--from", "5:00", "--to", "4:00"], "give --from before --to"),
         (["--from", "99999"], "The session lasts"),
         (["--size", "800x600"], "It needs at least 1280x720"),
@@ -60,6 +62,24 @@ def test_several_recordings_are_not_watched_at_once(recording: Path) -> None:
     done = replay(recording, recording)
     assert done.returncode == 2
     assert "Give one, or say --verify." in done.stderr
+
+
+def test_a_folder_is_verified_whole_and_not_watched(recording: Path, tmp_path: Path) -> None:
+    """All recordings of a folder are compared; watching asks for one; an empty one is refused."""
+    folder = tmp_path / "recordings"
+    folder.mkdir()
+    assert "no recordings in" in replay(folder, "--verify").stderr
+    names = ("x_P01_20260101T000000_0001.mcap", "x_P02_20260101T000000_0002.mcap")
+    for name in names:
+        shutil.copy(recording, folder / name)
+    done = replay(folder, "--verify")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("Identical") == 2
+    (folder / names[1]).write_bytes(recording.read_bytes()[:-4000])
+    assert replay(folder, "--verify").returncode == 1
+    watched = replay(folder)
+    assert watched.returncode == 2
+    assert "is a folder, of 2 recordings" in watched.stderr
 
 
 @pytest.mark.parametrize("damage", ["missing", "empty", "text"])
