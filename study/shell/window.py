@@ -17,6 +17,7 @@ import pygame
 from study.errors import StudyError
 from study.messages import Messages
 from study.screens import Screen, SurveyScreen
+from study.shell.allocation import give_large_blocks_back
 from study.shell.drawing.lettering import clear_fonts
 from study.shell.drawing.pictures import Pictures
 from study.shell.drawing.renderer import Renderer
@@ -143,6 +144,7 @@ class Window:
     ) -> None:
         require_pygame_ce()
         check_size(size)
+        give_large_blocks_back()
         # Software X servers flip 30 times faster without it; read when the display opens.
         os.environ.setdefault("SDL_FRAMEBUFFER_ACCELERATION", "0")
         os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
