@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 LOCK := requirements/lock.txt requirements/torch.txt
 STAMP := $(VENV)/.set-up
 
-.PHONY: demo test check acceptance lock clean
+.PHONY: doom jetbot demo test check acceptance lock clean
 
 demo: $(STAMP)
 	$(BIN)/study demo
@@ -19,6 +19,10 @@ check: $(STAMP)
 
 acceptance: $(STAMP)
 	$(BIN)/python -m pytest -m acceptance
+
+# Extras that set-up leaves out, each from a lock of its own.
+doom jetbot: $(STAMP)
+	$(PYTHON) tools/set_up.py $@
 
 # Set up anew only when the lock or the package's own metadata change.
 $(STAMP): $(LOCK) pyproject.toml tools/set_up.py

@@ -2,6 +2,9 @@
 
 Runs on any Python from 3.11 on, with nothing installed. Every package but torch is checked
 against its hash; torch is pinned to its version, and on Linux its CPU build is preferred.
+
+    python3 tools/set_up.py              all that the lock names
+    python3 tools/set_up.py doom jetbot  these extras as well, each from a lock of its own
 """
 
 from __future__ import annotations
@@ -18,19 +21,33 @@ VENV = ROOT / ".venv"
 STAMP = VENV / ".set-up"
 LOCK = ROOT / "requirements" / "lock.txt"
 TORCH = ROOT / "requirements" / "torch.txt"
+EXTRAS = ("doom", "jetbot")
+"""Extras that have a lock of their own, requirements/NAME.txt."""
 OLDEST = (3, 11)
 
 
 def main() -> int:
-    """Make the environment, unless it is there and the lock has not changed."""
+    """Set up, with the extras named."""
     if sys.version_info < OLDEST:
         given = ".".join(str(part) for part in sys.version_info[:3])
         print(f"Python {given} is too old; use 3.11 or newer: make PYTHON=python3.12 ...")
         return 2
+    if unknown := [name for name in sys.argv[1:] if name not in EXTRAS]:
+        print(f"Unknown: {', '.join(unknown)}. Extras with a lock of their own: {', '.join(EXTRAS)}.")
+        return 2
+    set_up()
+    for name in sys.argv[1:]:
+        print(f"Extra: {name}", flush=True)
+        pip("install", "--require-hashes", "-r", str(ROOT / "requirements" / f"{name}.txt"))
+    return 0
+
+
+def set_up() -> None:
+    """Make the environment, unless it is there and the lock has not changed."""
     wanted = fingerprint()
     if STAMP.is_file() and STAMP.read_text() == wanted:
         STAMP.touch()
-        return 0
+        return
     print("Setting up .venv (once; some minutes on a slow line) ...", flush=True)
     if not python().is_file():
         venv.create(VENV, with_pip=True)
@@ -43,7 +60,6 @@ def main() -> int:
     # The lock has what the extras need too, so that each of them works.
     pip("install", "--no-deps", "--no-build-isolation", "-e", str(ROOT))
     STAMP.write_text(wanted)
-    return 0
 
 
 def fingerprint() -> str:
