@@ -33,7 +33,7 @@ def main() -> int:
         print(f"Python {given} is too old; use 3.11 or newer: make PYTHON=python3.12 ...")
         return 2
     if unknown := [name for name in sys.argv[1:] if name not in EXTRAS]:
-        print(f"Unknown: {', '.join(unknown)}. Extras with a lock of their own: {', '.join(EXTRAS)}.")
+        print(f"Unknown: {', '.join(unknown)}. With a lock of their own: {', '.join(EXTRAS)}.")
         return 2
     set_up()
     for name in sys.argv[1:]:
