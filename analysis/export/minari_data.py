@@ -108,6 +108,8 @@ def export(study: StudyRecordings, folder: Path) -> tuple[Written, ...]:
             f"the recordings are of {len(tasks)} different tasks, or settings of one",
             "A Minari data set has one space of states and actions: export them one by one.",
         )
+    # Minari takes a relative path for one below its own folder.
+    folder = folder.absolute()
     made, target = folder / f".{FOLDER}.part", folder / FOLDER
     name = str(study.first.protocol.get("study", {}).get("name", "study"))
     make_folder(folder)

@@ -208,6 +208,17 @@ def test_files_are_private(exported: Path) -> None:
     assert not list(exported.glob(".minari*"))
 
 
+def test_a_relative_folder_is_below_the_present_one(
+    recordings: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Minari would look for it below its own."""
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(app, ["export", str(recordings), "-o", "out", "--minari"])
+    assert done.exit_code == 0, done.output
+    monkeypatch.setenv("MINARI_DATASETS_PATH", "out/minari")
+    assert minari.load_dataset(f"{NAME}/episodes-v0").total_episodes > 0
+
+
 def test_an_export_is_made_anew(recordings: Path, tmp_path: Path) -> None:
     """A second one replaces the first, and holds the same."""
     study = load_recordings([recordings])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pygame
 
 from study.events.scene import DiscMark, RectangleMark, Scene
@@ -50,18 +52,32 @@ class MapView:
         )
 
     def robot_point(self, x: float, y: float, *, driven: bool) -> tuple[float, float]:
-        """Return where a robot is drawn: moved inwards where the map's edge would cut its body off.
+        """Return where a robot is drawn: moved inwards where edge or plate would cut its body off.
 
         Bodies are drawn larger than they are, so that those at an outer wall would reach beyond it.
         """
         reach = self.robot_radius * (DRIVEN_REACH if driven else 1.0) + _wall_width(
             self.place.width
         )
-        across, down = self.point(x, y)
+        across, down = self._clear_of_plate(*self.point(x, y), reach)
         return (
             min(max(across, self.place.left + reach), self.place.right - reach),
             min(max(down, self.place.top + reach), self.place.bottom - reach),
         )
+
+    def _clear_of_plate(self, across: float, down: float, reach: float) -> tuple[float, float]:
+        """Return a point moved straight away from the plate until it is out of its reach."""
+        if self.scene.plate is None:
+            return across, down
+        x, y, width, height = self.scene.plate
+        left, bottom = self.point(x, y)
+        right, top = self.point(x + width, y + height)
+        near_x, near_y = min(max(across, left), right), min(max(down, top), bottom)
+        apart = math.hypot(across - near_x, down - near_y)
+        if not 0 < apart < reach:
+            return across, down
+        share = reach / apart
+        return near_x + (across - near_x) * share, near_y + (down - near_y) * share
 
 
 def map_surface(

@@ -16,6 +16,7 @@ from study.screens import FleetScreen, Tile
 from study.shell.drawing import palette
 from study.shell.drawing.grid import place_tiles
 from study.shell.drawing.leaders import spread
+from study.shell.drawing.maps import DRIVEN_REACH, MapView
 from study.shell.drawing.motion import Motion, along_trail, between, fraction
 
 ANGLE = st.floats(-10, 10)
@@ -188,3 +189,20 @@ def test_names_beside_a_map_keep_apart(wanted: list[float], pitch: float) -> Non
 def test_text_has_contrast(text: palette.Colour, ground: palette.Colour) -> None:
     """Every pair of text and ground reaches WCAG's ratio of 4.5."""
     assert palette.contrast(text, ground) >= 4.5
+
+
+@given(st.floats(0.0, 20.0), st.floats(0.0, 15.0), st.booleans())
+def test_bodies_stay_clear_of_edges_and_plate(x: float, y: float, driven: bool) -> None:
+    """Whoever stands at an outer wall or at the plate's is drawn a body's reach away from it."""
+    scene = samples.fleet(4).scene
+    assert scene.plate is not None
+    left, low, width, height = scene.plate
+    if left - 0.01 < x < left + width + 0.01 and low - 0.01 < y < low + height + 0.01:
+        return
+    view = MapView(scene, pygame.Rect(100, 50, 400, 300))
+    reach = view.robot_radius * (DRIVEN_REACH if driven else 1.0)
+    across, down = view.robot_point(x, y, driven=driven)
+    assert view.place.inflate(-2 * reach + 2, -2 * reach + 2).collidepoint(across, down)
+    (near, bottom), (far, top) = view.point(left, low), view.point(left + width, low + height)
+    apart = math.hypot(across - min(max(across, near), far), down - min(max(down, top), bottom))
+    assert apart >= reach - 1
