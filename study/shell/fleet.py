@@ -145,12 +145,24 @@ def open_emergency(task: str, parameters: Mapping[str, object]) -> Emergency | N
     return button
 
 
+def check_installed(task: str) -> None:
+    """See that what the task is made of is installed; nothing of it is started.
+
+    Raises:
+        StudyError: it is not; the message says what to install.
+    """
+    check = getattr(load_member("study.tasks", "task", task), "check_installed", None)
+    if check is not None:
+        check()
+
+
 def check_live(task: str, parameters: Mapping[str, object]) -> None:
     """See that whatever the task needs outside of this computer's memory is there and lives.
 
     Raises:
         StudyError: it is not; the message says what.
     """
+    check_installed(task)
     module = load_member("study.tasks", "task", task)
     check = getattr(module, "check_live", None)
     if check is not None:

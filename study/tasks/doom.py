@@ -32,7 +32,16 @@ from study.tasks._navigation_dynamics import ACTIONS, IDLE, TURN_LEFT, TURN_RIGH
 from study.tasks._navigation_parameters import FULL_HEALTH
 from study.tasks.base import FleetStep, Floats, Ints, Mask, RobotReport, Seeds
 
-__all__ = ["ACTIONS", "IDLE", "OUT_OF_PROCESS", "DoomTask", "Parameters", "create", "describe"]
+__all__ = [
+    "ACTIONS",
+    "IDLE",
+    "OUT_OF_PROCESS",
+    "DoomTask",
+    "Parameters",
+    "check_installed",
+    "create",
+    "describe",
+]
 
 OUT_OF_PROCESS = True
 """Engines take milliseconds, and seconds when one must be replaced."""
@@ -70,6 +79,16 @@ def create(robots: int, parameters: Mapping[str, object] | Parameters) -> DoomTa
         pydantic.ValidationError: a parameter is unknown or has no allowed value.
         StudyError: the engine is not installed, or does not run on this system.
     """
+    check_installed()
+    return DoomTask(robots, Parameters.model_validate(parameters))
+
+
+def check_installed() -> None:
+    """See that the engine is there.
+
+    Raises:
+        StudyError: it is not installed, or does not run on this system.
+    """
     if sys.platform != "linux":
         raise StudyError(
             "the task doom runs on Linux only", "Use the task navigation, which is the same map."
@@ -80,7 +99,6 @@ def create(robots: int, parameters: Mapping[str, object] | Parameters) -> DoomTa
             "Install it: `pip install 'scaled-autonomy[doom]'`. The licence of its engine "
             "(ViZDoom, ZDoom) forbids commercial use.",
         )
-    return DoomTask(robots, Parameters.model_validate(parameters))
 
 
 def spread_states(
