@@ -7,8 +7,9 @@ STAMP := $(VENV)/.set-up
 
 .PHONY: doom jetbot demo test check acceptance lock clean
 
+# TASK=doom: the paper's study in another world; see `study validate`.
 demo: $(STAMP)
-	$(BIN)/study demo
+	$(BIN)/study demo $(if $(TASK),--protocol $(TASK))
 
 test: $(STAMP)
 	$(BIN)/python tools/check.py

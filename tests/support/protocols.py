@@ -49,3 +49,13 @@ def jetbots(folder: Path, robots_file: Path | None) -> Path:
     path = folder / "jetbots.toml"
     path.write_text(text)
     return path
+
+
+def in_doom(folder: Path, *changes: tuple[str, str]) -> Path:
+    """Write the smoke protocol in DOOM."""
+    rooms = (
+        ('name = "navigation"', 'name = "doom"'),
+        ("noise = 0.03", "noise = 0.0"),
+        ("timesteps_per_second = 10.0", "timesteps_per_second = 8.75"),
+    )
+    return variant(folder, *rooms, *changes)
