@@ -45,11 +45,14 @@ def test_without_the_engine_it_is_said_what_to_install(tmp_path: Path) -> None:
 
 
 @pytest.mark.acceptance
-def test_smoke_protocol_in_doom_by_real_events(tmp_path: Path) -> None:
+@pytest.mark.parametrize("base", ["smoke", "pilot"])
+def test_a_protocol_in_doom_by_real_events(tmp_path: Path, base: str) -> None:
     """In a real window every stage is passed by real keys, and the recording replays."""
     need("vizdoom")
     folder = tmp_path / "recordings"
-    path, sent = run_session(str(in_doom(tmp_path)), folder, mouse=False, timeout_s=PATIENCE_S)
+    path, sent = run_session(
+        str(in_doom(tmp_path, base=base)), folder, mouse=False, timeout_s=1.5 * PATIENCE_S
+    )
     check(path, sent, tmp_path / "report")
     recording = read_recording(path)
     assert [record.driver for _, record in recording.records("shell/display")

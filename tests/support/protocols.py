@@ -51,11 +51,7 @@ def jetbots(folder: Path, robots_file: Path | None) -> Path:
     return path
 
 
-def in_doom(folder: Path, *changes: tuple[str, str]) -> Path:
-    """Write the smoke protocol in DOOM."""
-    rooms = (
-        ('name = "navigation"', 'name = "doom"'),
-        ("noise = 0.03", "noise = 0.0"),
-        ("timesteps_per_second = 10.0", "timesteps_per_second = 8.75"),
-    )
-    return variant(folder, *rooms, *changes)
+def in_doom(folder: Path, *changes: tuple[str, str], base: str = "smoke") -> Path:
+    """Write a shipped protocol on the task navigation, with DOOM in its place."""
+    rooms = (('name = "navigation"', 'name = "doom"'), ("noise = 0.03", "noise = 0.0"))
+    return variant(folder, *rooms, *changes, base=base)
