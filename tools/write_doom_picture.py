@@ -37,7 +37,7 @@ from study.simulated.parameters import draw_parameters
 
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
-SIZE, COLOURS = (1280, 960), 256
+SIZE, COLOURS = (1280, 960), 64
 ROBOTS, TIMESTEP = 12, 110
 SEED = 3
 SHORTER = (
@@ -95,7 +95,8 @@ def _save(surface: pygame.Surface, path: Path) -> None:
     """Write a picture in few colours."""
     pixels = pygame.image.tobytes(surface, "RGB")
     picture = Image.frombytes("RGB", surface.get_size(), pixels)
-    picture.quantize(COLOURS, method=Image.Quantize.MEDIANCUT).save(path, optimize=True)
+    reduced = picture.quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    reduced.save(path, optimize=True)
     print(path.relative_to(ROOT))
 
 
