@@ -95,7 +95,9 @@ def _save(surface: pygame.Surface, path: Path) -> None:
     """Write a picture in few colours."""
     pixels = pygame.image.tobytes(surface, "RGB")
     picture = Image.frombytes("RGB", surface.get_size(), pixels)
-    reduced = picture.quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    # In one step the pale grounds of the screen would lose their colours to what is in the rooms.
+    finer = picture.quantize(256, method=Image.Quantize.MEDIANCUT).convert("RGB")
+    reduced = finer.quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
     reduced.save(path, optimize=True)
     print(path.relative_to(ROOT))
 
