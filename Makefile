@@ -8,7 +8,7 @@ STAMP := $(VENV)/.set-up
 .PHONY: doom jetbot demo test check acceptance lock clean
 
 # TASK=doom: the paper's study in another world; see `study validate`.
-demo: $(STAMP)
+demo: $(STAMP) $(filter doom jetbot,$(TASK))
 	$(BIN)/study demo $(if $(TASK),--protocol $(TASK))
 
 test: $(STAMP)
