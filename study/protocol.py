@@ -188,9 +188,9 @@ class TrialExclusion(Part):
     """A rule by which analysis leaves out single trials that were disturbed."""
 
     name: Name = Field(description="name of the rule")
-    deviations: tuple[Literal["paused", "recording_interrupted", "resumed"], ...] = Field(
-        min_length=1, description="a trial in which one of these happened is left out"
-    )
+    deviations: tuple[
+        Literal["paused", "recording_interrupted", "resumed", "robot_stopped"], ...
+    ] = Field(min_length=1, description="a trial in which one of these happened is left out")
     reason: str = Field(min_length=1, max_length=400, description="why")
 
 

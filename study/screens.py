@@ -14,7 +14,8 @@ from study.events.task_description import RewardTerm
 
 View = Literal["tiles", "operated_only", "enlarged"]
 """All robots as tiles; the operated one alone; the operated one enlarged beside the tiles."""
-CueKind = Literal["lost", "time_up", "goal", "damage", "stuck", "low", "pack"]
+CueKind = Literal["held", "lost", "time_up", "goal", "damage", "stuck", "low", "pack"]
+"""What happened; "held" is a robot that was stopped by what watches over it, and waits."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -61,9 +61,11 @@ def simulate_with_progress(
         default_seed,
         simulate_study,
     )
+    from study.shell.fleet import check_installed  # noqa: PLC0415 - slow to import
 
     checked_jobs(jobs)
     loaded = load_protocol(protocol)
+    check_installed(loaded.protocol.task.name)
     if warning := lock_warning(loaded):
         errors.print(f"[yellow]{escape(warning)}[/]")
     count = participants or loaded.protocol.study.planned_participants

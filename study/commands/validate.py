@@ -10,8 +10,10 @@ from rich.table import Table
 
 from study.commands.terminal import console
 from study.durations import dwell_seconds, expected_minutes
+from study.errors import StudyError
 from study.experiment.protocol import is_experiment, load_experiment
 from study.loading import find_protocol, load_protocol, read_text
+from study.shell.fleet import check_installed
 
 
 def validate(
@@ -38,6 +40,11 @@ def validate(
     table.add_row("Together", f"{total:.1f}", style="bold")
     console.print(table)
     console.print(f"Assumptions marked: {len(loaded.protocol.assumptions)}")
+    try:
+        check_installed(loaded.protocol.task.name)
+    except StudyError as error:
+        # The protocol is as valid here as it is on the computer that it is for.
+        console.print(f"[yellow]It cannot run here:[/] {escape(str(error))}")
 
 
 def _validate_experiment(given: str) -> None:

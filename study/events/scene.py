@@ -41,8 +41,9 @@ class Scene:
         plate: the rectangle (x, y, width, height) that holds no room: a tile writes its
             number there. ``None`` where the map fills its bounds.
         robot_radius: metres.
-        camera: whether tiles show pictures that the task takes of its robots; the map is then
-            empty, and gives only their shape.
+        camera: whether tiles show pictures that the task takes of its robots. The map then gives
+            their shape. It may be empty; one that is not is shown where a picture is missing.
+        inset: whether the map is drawn small in a corner of each picture.
     """
 
     width: float
@@ -52,3 +53,9 @@ class Scene:
     plate: tuple[float, float, float, float] | None
     robot_radius: float
     camera: bool = False
+    inset: bool = False
+
+    @property
+    def pictures_only(self) -> bool:
+        """Whether pictures are all there is: no map to draw robots on, or to speak of."""
+        return self.camera and not (self.rectangles or self.discs)

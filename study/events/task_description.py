@@ -116,6 +116,7 @@ class TaskDescription:
         for part, name, usual in [
             (raw, "instruction", ""),
             (raw["scene"], "camera", False),
+            (raw["scene"], "inset", False),
             *((field, "bounded", True) for field in raw["state_fields"]),
         ]:
             if part[name] == usual:
@@ -148,6 +149,7 @@ class TaskDescription:
                         plate=None if plate is None else (plate[0], plate[1], plate[2], plate[3]),
                         robot_radius=scene["robot_radius"],
                         camera=bool(scene.get("camera", False)),
+                        inset=bool(scene.get("inset", False)),
                     ),
                     "map_grid": None
                     if grid is None

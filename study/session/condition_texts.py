@@ -81,7 +81,7 @@ def assisted(context: Context, condition: Condition) -> tuple[str, str, tuple[st
                 "After a switch, press your key again. "
                 "Your points are shown when the block is finished."
             )
-            if context.description.scene.camera
+            if context.description.scene.pictures_only
             else say(
                 "After a switch, press the arrow key again. "
                 "Your points are shown when the block is finished."

@@ -82,15 +82,20 @@ def _welcome(context: Context) -> tuple[Page, ...]:
 
 def _how_it_works(context: Context) -> Page:
     say = context.say
-    camera = context.description.scene.camera
+    bare = context.description.scene.pictures_only
+    instruction = context.description.instruction
     return Page(
         header=say("How it works"),
-        title=say("What is to be done") if camera else say("Bring the robots to their goal"),
+        title=say("What is to be done") if bare else say("Bring the robots to their goal"),
         subtitle=say(
             "You drive one robot at a time. The others drive themselves, not always well."
         ),
-        paragraphs=camera_texts.how_it_works(context) if camera else (),
-        figure="" if camera else "map",
+        paragraphs=camera_texts.how_it_works(context)
+        if bare
+        else (say(instruction),)
+        if instruction
+        else (),
+        figure="" if bare else "map",
         action=say("to go on"),
     )
 
@@ -108,9 +113,11 @@ def _practice(context: Context) -> tuple[Page, ...]:
                 round(seconds),
             ),
             paragraphs=camera_texts.practice(context)
-            if context.description.scene.camera
+            if context.description.scene.pictures_only
             else (
-                say(
+                say(context.description.instruction)
+                if context.description.instruction
+                else say(
                     "Drive through the doors to the flag. Keep out of the hatched hazards; "
                     "a green cross gives health back."
                 ),
@@ -133,7 +140,7 @@ def _phase_one(context: Context) -> tuple[Page, ...]:
                 context.protocol.phase_one.episodes,
             ),
             paragraphs=camera_texts.phase_one(context)
-            if context.description.scene.camera
+            if context.description.scene.pictures_only
             else (
                 say("The robot drives by itself. At first it has no idea and moves at random."),
                 say(
@@ -162,7 +169,7 @@ def _phase_two(context: Context) -> tuple[Page, ...]:
                     "The robots drive as you taught them. Take over the one that you can help most."
                 ),
                 say("The robot you choose does nothing of its own: you drive it.")
-                if context.description.scene.camera
+                if context.description.scene.pictures_only
                 else say("The robot you choose stands still unless you drive it."),
             ),
             figure="choose",

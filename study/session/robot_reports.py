@@ -6,6 +6,9 @@ from study.events.events import Deviation
 from study.events.inputs import RobotReported
 from study.session.context import Context, Outbox
 
+ENGINE_LOST = "engine_lost"
+"""The reason of a robot whose simulation is being replaced."""
+
 
 def take_report(given: RobotReported, context: Context, trial_id: int, out: Outbox) -> None:
     """Remember which robots stand and why; each stop is a deviation.
@@ -41,11 +44,25 @@ def held_message(context: Context, robots: int) -> str:
         "battery_flat": context.say("has a flat battery"),
         "emergency": context.say("is under an emergency stop"),
     }
-    texts = [
-        context.say(
-            "Robot {n} {what} and stands still", n=robot + 1, what=reasons.get(why[0], why[0])
-        )
+    held = {
+        robot: why[0]
         for robot, why in sorted(context.knowledge.held_robots.items())
         if robot < robots
+    }
+    texts = [
+        context.say("Robot {n} {what} and stands still", n=robot + 1, what=reasons.get(why, why))
+        for robot, why in held.items()
+        if why != ENGINE_LOST
     ]
+    waiting = [str(robot + 1) for robot, why in held.items() if why == ENGINE_LOST]
+    if waiting:
+        # Engines fail by the half dozen, and all robots wait for them.
+        texts.append(
+            context.count(
+                "One moment: robot {numbers} is being brought back, and all wait for it",
+                "One moment: robots {numbers} are being brought back, and all wait for them",
+                len(waiting),
+                numbers=", ".join(waiting),
+            )
+        )
     return "; ".join(texts)

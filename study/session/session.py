@@ -184,6 +184,9 @@ class Session:
             self._go_back(given, out)
         elif isinstance(given, RobotReported):
             take_report(given, context, self._trial_id, out)
+            if self._stage and self._trial_id >= 0:
+                # The fleet's answer may be long in coming: its robots are marked at once.
+                out.effects.append(Show(self._stage.screen()))
         elif still.on and isinstance(given, KeyChanged | PointerPressed | TimestepDue):
             self._while_paused(given, context, out)
         elif (

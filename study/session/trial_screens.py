@@ -12,6 +12,7 @@ from study.events.inputs import FleetObserved
 from study.events.task_description import TaskDescription
 from study.screens import (
     CountdownScreen,
+    Cue,
     FleetScreen,
     PageScreen,
     Screen,
@@ -247,7 +248,9 @@ class TrialScreens:
             y=field(description.y_field, description.scene.height / 2),
             heading=field(description.heading_field, 0.0),
             health=health,
-            cue=self._cues.cue(robot, health, self._t_ns),
+            cue=Cue("held", 0.0, self._t_ns)
+            if robot in self._context.knowledge.held_robots
+            else self._cues.cue(robot, health, self._t_ns),
             episode=self._run.episodes[robot],
         )
 

@@ -37,6 +37,7 @@ from study.session.effects import (
 from study.session.session import Session
 from study.shell.fitting import FitAnswer, Fitter
 from study.shell.fleet import Fleet
+from study.shell.fleet_host import FleetAnswer
 
 DURABLE_TIMEOUT_S = 10.0
 
@@ -72,8 +73,8 @@ class Conductor:
         waits_for_disk: whether EnsureDurable waits; simulated participants lose nothing
             that could not be simulated again.
         on_show: called with every screen that is to be shown.
-        on_pictures: called with the pictures that the task took of its robots, uint8
-            [n, height, width, 3], before the screen that they belong to.
+        on_pictures: called with the pictures that the task took of its robots, see
+            `study.tasks.base.PicturedTask`, before the screen that they belong to.
     """
 
     def __init__(
@@ -215,7 +216,7 @@ class Conductor:
                 )
             )
         # A trial broken off may leave an answer behind: it is nobody's.
-        if fleet is not None and fleet.request_id == self._fleet_request:
+        if isinstance(fleet, FleetAnswer) and fleet.request_id == self._fleet_request:
             came = True
             self._fleet_request = -1
             if self._on_pictures and fleet.pictures is not None:

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 from study.errors import StudyError
 from study.families import load_member
 from study.session.effects import StartFleet, StepFleet
-from study.shell.fleet_host import FleetAnswer, FleetHost
+from study.shell.fleet_host import FleetAnswer, FleetHost, FleetNews
 from study.shell.workers import Worker, WorkerFailure
 
 EMERGENCY_KEY = "f12"
@@ -39,8 +39,8 @@ class Fleet(Protocol):
         """Make a fit usable."""
         ...
 
-    def poll(self, seconds: float = 0.0) -> FleetAnswer | None:
-        """Return an answer if there is one within ``seconds``."""
+    def poll(self, seconds: float = 0.0) -> FleetAnswer | FleetNews | None:
+        """Return an answer, or what precedes it, if there is one within ``seconds``."""
         ...
 
     def close(self) -> None:
@@ -84,7 +84,7 @@ class ProcessFleet:
     """Steps the task in a process of its own: for tasks that are slow or may hang."""
 
     def __init__(self, task: str, parameters: Mapping[str, object]) -> None:
-        self._worker = Worker(serve_fleet, task, dict(parameters))
+        self._worker = Worker(serve_fleet, task, dict(parameters), tells=True)
 
     def request(self, effect: StartFleet | StepFleet, *, pictures: bool = False) -> None:
         """Send the effect; the answer comes when it comes."""
@@ -94,23 +94,25 @@ class ProcessFleet:
         """Make a fit usable; requests are served in order, so no answer is needed."""
         self._worker.send((artefact_id, kind, algorithm, weights))
 
-    def poll(self, seconds: float = 0.0) -> FleetAnswer | None:
-        """Return an answer if there is one within ``seconds``."""
+    def poll(self, seconds: float = 0.0) -> FleetAnswer | FleetNews | None:
+        """Return an answer, or what precedes it, if there is one within ``seconds``."""
         answer: Any = self._worker.poll(seconds)
         if isinstance(answer, WorkerFailure):
             raise StudyError(f"the fleet failed: {answer.reason}")
         if answer == "artefact added":
             return None
-        return answer if isinstance(answer, FleetAnswer) else None
+        return answer if isinstance(answer, FleetAnswer | FleetNews) else None
 
     def close(self) -> None:
         """End the process."""
         self._worker.close()
 
 
-def serve_fleet(task: str, parameters: dict[str, object]) -> Callable[[Any], Any]:
+def serve_fleet(
+    task: str, parameters: dict[str, object], tell: Callable[[FleetNews], None]
+) -> Callable[[Any], Any]:
     """Make the serving function of the fleet's process."""
-    host = FleetHost(task, parameters)
+    host = FleetHost(task, parameters, tell)
 
     def serve(request: Any) -> Any:  # noqa: ANN401 - effects and artefacts
         if isinstance(request, StartFleet | StepFleet):
@@ -143,12 +145,24 @@ def open_emergency(task: str, parameters: Mapping[str, object]) -> Emergency | N
     return button
 
 
+def check_installed(task: str) -> None:
+    """See that what the task is made of is installed; nothing of it is started.
+
+    Raises:
+        StudyError: it is not; the message says what to install.
+    """
+    check = getattr(load_member("study.tasks", "task", task), "check_installed", None)
+    if check is not None:
+        check()
+
+
 def check_live(task: str, parameters: Mapping[str, object]) -> None:
     """See that whatever the task needs outside of this computer's memory is there and lives.
 
     Raises:
         StudyError: it is not; the message says what.
     """
+    check_installed(task)
     module = load_member("study.tasks", "task", task)
     check = getattr(module, "check_live", None)
     if check is not None:

@@ -7,7 +7,7 @@ recording is stepped anew. It knows no time.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,14 @@ from study.families import load_member
 from study.policies.base import Policy
 from study.scorers.base import Scorer
 from study.session.effects import StartFleet, StepFleet
-from study.tasks.base import FleetStep, PicturedTask, ReportingTask, RobotReport, Task
+from study.tasks.base import (
+    FleetStep,
+    PicturedTask,
+    ReportingTask,
+    RobotReport,
+    Task,
+    TellingTask,
+)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -26,8 +33,8 @@ class FleetAnswer:
     """The fields of FleetObserved but its time, and what is only looked at.
 
     Attributes:
-        pictures: what each robot shows after the step, uint8 [n, height, width, 3]; None unless
-            asked for, or where the task takes none. Neither recorded nor seen by the session.
+        pictures: what each robot shows, see `study.tasks.base.PicturedTask`; None unless asked
+            for, or where the task takes none. Neither recorded nor seen by the session.
         reports: which robots were stopped since the last answer, or may drive again.
     """
 
@@ -41,15 +48,33 @@ class FleetAnswer:
     reports: tuple[RobotReport, ...] = ()
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class FleetNews:
+    """What is told in the midst of a request whose answer is yet to come.
+
+    Attributes:
+        reports: which robots were stopped just now, or may drive again.
+    """
+
+    reports: tuple[RobotReport, ...]
+
+
 class FleetHost:
     """Owns a task and what drives it.
 
     Args:
         task: name of the task.
         parameters: the task's parameters.
+        tell: takes what cannot wait for the answer; without it, it waits.
     """
 
-    def __init__(self, task: str, parameters: Mapping[str, object]) -> None:
+    def __init__(
+        self,
+        task: str,
+        parameters: Mapping[str, object],
+        tell: Callable[[FleetNews], None] | None = None,
+    ) -> None:
+        self._tell = tell
         self._module = load_member("study.tasks", "task", task)
         self._parameters = dict(parameters)
         self.description: TaskDescription = self._module.describe(self._parameters)
@@ -130,7 +155,11 @@ class FleetHost:
 
     def _task(self, robots: int) -> Task:
         if robots not in self._tasks:
-            self._tasks[robots] = self._module.create(robots, self._parameters)
+            task: Task = self._module.create(robots, self._parameters)
+            tell = self._tell
+            if tell is not None and isinstance(task, TellingTask):
+                task.tell(lambda reports: tell(FleetNews(reports)))
+            self._tasks[robots] = task
         return self._tasks[robots]
 
     def close(self) -> None:

@@ -17,12 +17,14 @@ from study.errors import StudyError
 Serve = Callable[[Any], Any]
 
 
-def _serve(connection: Connection, make: Callable[..., Serve], arguments: tuple[Any, ...]) -> None:
+def _serve(
+    connection: Connection, make: Callable[..., Serve], arguments: tuple[Any, ...], *, tells: bool
+) -> None:
     # The study decides when to stop; Ctrl-C reaches the whole terminal group.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # What is loaded stays: no garbage collection need walk it, now or later.
     gc.disable()
-    serve = make(*arguments)
+    serve = make(*arguments, connection.send) if tells else make(*arguments)
     gc.freeze()
     gc.enable()
     while True:
@@ -56,16 +58,21 @@ class Worker:
     Args:
         make: importable function that, in the process, makes the serving function.
         arguments: its arguments.
+        tells: whether it gets, last, a function that sends something in the midst of a request.
     """
 
-    def __init__(self, make: Callable[..., Serve], *arguments: object) -> None:
+    def __init__(self, make: Callable[..., Serve], *arguments: object, tells: bool = False) -> None:
         # A child is told its parent's default, and joblib's default is no name it knows.
         if multiprocessing.get_start_method(allow_none=True) not in (None, "spawn"):
             multiprocessing.set_start_method("spawn", force=True)
         context = multiprocessing.get_context("spawn")
         self._connection, theirs = context.Pipe()
         self._process = context.Process(
-            target=_serve, args=(theirs, make, arguments), daemon=True, name=make.__name__
+            target=_serve,
+            args=(theirs, make, arguments),
+            kwargs={"tells": tells},
+            daemon=True,
+            name=make.__name__,
         )
         self._process.start()
         theirs.close()

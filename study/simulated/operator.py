@@ -87,7 +87,7 @@ class SimulatedOperator:
                 self._heading = screen.heading
                 self._experience = Experience()
             self._place = ()
-            self._fleet = self._blind if screen.scene.camera else self._reader
+            self._fleet = self._blind if screen.scene.pictures_only else self._reader
             return self._fleet.act(screen, self._experience, now_ns)
         released = self._fleet.leave()
         return released + self._read(screen, now_ns)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -102,6 +102,15 @@ class ReportingTask(Task, Protocol):
 
 
 @runtime_checkable
+class TellingTask(ReportingTask, Protocol):
+    """A task whose step may take so long that its reports should not wait for the answer."""
+
+    def tell(self, teller: Callable[[tuple[RobotReport, ...]], None]) -> None:
+        """Hand reports to ``teller`` as they come, in the midst of a step; none are kept then."""
+        ...
+
+
+@runtime_checkable
 class PicturedTask(Task, Protocol):
     """A task that takes pictures of its robots, shown in place of a map.
 
@@ -109,7 +118,12 @@ class PicturedTask(Task, Protocol):
     """
 
     def pictures(self) -> npt.NDArray[np.uint8]:
-        """Return a picture of each robot as it is now, uint8 [n, height, width, 3]."""
+        """Return what each robot shows.
+
+        Returns:
+            A picture as it is now, uint8 [n, height, width, 3]; or k pictures on the way of the
+            last timestep, evenly spaced and ending now, uint8 [n, k, height, width, 3].
+        """
         ...
 
 

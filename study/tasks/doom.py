@@ -7,9 +7,10 @@ task `navigation`; the engine moves the robots and draws what they see. It needs
 
 from __future__ import annotations
 
+import dataclasses
 import importlib.util
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -21,19 +22,36 @@ from study.events.task_description import TaskDescription
 from study.layouts import named_layout
 from study.tasks._doom.arena import ArenaPlace
 from study.tasks._doom.coding import to_commands, to_poses, to_states
-from study.tasks._doom.crew import Crew, Incident
+from study.tasks._doom.conventions import TICS
+from study.tasks._doom.crew import Change, Crew, Incident
 from study.tasks._doom.parameters import Parameters
 from study.tasks._doom.plane import on_grid
 from study.tasks._doom.wad import Motion, write_wad
 from study.tasks._navigation_description import described
 from study.tasks._navigation_dynamics import ACTIONS, IDLE, TURN_LEFT, TURN_RIGHT, Dynamics, wrapped
 from study.tasks._navigation_parameters import FULL_HEALTH
-from study.tasks.base import FleetStep, Floats, Ints, Mask, Seeds
+from study.tasks.base import FleetStep, Floats, Ints, Mask, RobotReport, Seeds
 
-__all__ = ["ACTIONS", "IDLE", "OUT_OF_PROCESS", "DoomTask", "Parameters", "create", "describe"]
+__all__ = [
+    "ACTIONS",
+    "IDLE",
+    "OUT_OF_PROCESS",
+    "DoomTask",
+    "Parameters",
+    "check_installed",
+    "create",
+    "describe",
+]
 
 OUT_OF_PROCESS = True
 """Engines take milliseconds, and seconds when one must be replaced."""
+
+INSTRUCTION = (
+    "You see what each robot sees. Drive through the doors to the lamp. "
+    "Red floor costs health; the kits on blue floor give some back."
+)
+ENGINE_LOST = "engine_lost"
+"""Why a robot stands still whose engine is being replaced."""
 
 _SLACK = 1e-5
 """Metres by which rounding to the engine's grid may bring a robot nearer to a wall."""
@@ -46,7 +64,12 @@ def describe(parameters: Mapping[str, object] | Parameters) -> TaskDescription:
         pydantic.ValidationError: a parameter is unknown or has no allowed value.
     """
     settings = Parameters.model_validate(parameters)
-    return described("doom", 1, settings)
+    rooms = described("doom", 1, settings)
+    return dataclasses.replace(
+        rooms,
+        scene=dataclasses.replace(rooms.scene, camera=True, inset=settings.map == "small"),
+        instruction=INSTRUCTION,
+    )
 
 
 def create(robots: int, parameters: Mapping[str, object] | Parameters) -> DoomTask:
@@ -55,6 +78,16 @@ def create(robots: int, parameters: Mapping[str, object] | Parameters) -> DoomTa
     Raises:
         pydantic.ValidationError: a parameter is unknown or has no allowed value.
         StudyError: the engine is not installed, or does not run on this system.
+    """
+    check_installed()
+    return DoomTask(robots, Parameters.model_validate(parameters))
+
+
+def check_installed() -> None:
+    """See that the engine is there.
+
+    Raises:
+        StudyError: it is not installed, or does not run on this system.
     """
     if sys.platform != "linux":
         raise StudyError(
@@ -66,7 +99,6 @@ def create(robots: int, parameters: Mapping[str, object] | Parameters) -> DoomTa
             "Install it: `pip install 'scaled-autonomy[doom]'`. The licence of its engine "
             "(ViZDoom, ZDoom) forbids commercial use.",
         )
-    return DoomTask(robots, Parameters.model_validate(parameters))
 
 
 def spread_states(
@@ -77,7 +109,9 @@ def spread_states(
 
 
 class DoomTask:
-    """A fleet of robots in DOOM; a `SnapshotTask` and a `PlaceableTask`.
+    """A fleet of robots in DOOM.
+
+    A `SnapshotTask`, a `PlaceableTask`, a `PicturedTask` and a `TellingTask`.
 
     States are as in `study.tasks._navigation_dynamics.Dynamics`; places and healths are rounded
     to the engine's (some 12 micrometres, 1/65536 points), so that with exact motion a state is
@@ -94,6 +128,8 @@ class DoomTask:
         self.parameters = parameters
         self.dynamics = Dynamics(parameters)
         self._crew: Crew | None = None
+        self._reports: list[RobotReport] = []
+        self._teller: Callable[[tuple[RobotReport, ...]], None] | None = None
         turn = np.zeros(len(ACTIONS))
         turn[[TURN_LEFT, TURN_RIGHT]] = np.radians([parameters.turn, -parameters.turn])
         self._turn = turn
@@ -191,6 +227,30 @@ class DoomTask:
         """
         return self._engines().arena.shown(tic)
 
+    def pictures(self) -> npt.NDArray[np.uint8]:
+        """Return what the robots saw: after each tic of the last timestep, or as it is now.
+
+        Returns:
+            uint8 [n, 4, height, width, 3]; where only the last tic is drawn, uint8
+            [n, height, width, 3].
+
+        Raises:
+            StudyError: the engines do not start.
+        """
+        arena = self._engines().arena
+        if self.parameters.frames == "last":
+            return arena.shown().copy()
+        return np.stack([arena.shown(tic) for tic in range(TICS)], axis=1)
+
+    def tell(self, teller: Callable[[tuple[RobotReport, ...]], None]) -> None:
+        """Hand reports to ``teller`` as they come, in the midst of a step; none are kept then."""
+        self._teller = teller
+
+    def take_reports(self) -> tuple[RobotReport, ...]:
+        """Return whose engines failed or were replaced since the last call."""
+        taken, self._reports = tuple(self._reports), []
+        return taken
+
     def arena_place(self) -> ArenaPlace:
         """Return where another process finds the frames, and which robots wait for an engine."""
         return self._engines().arena.place
@@ -249,8 +309,28 @@ class DoomTask:
                 every_tic=set_to.frames == "every_tic",
                 workers=set_to.workers,
                 patience=set_to.patience,
+                on_change=self._note,
             )
         return self._crew
+
+    def _note(self, change: Change) -> None:
+        """Report robots whose engines have failed, or are replaced."""
+        reports = tuple(
+            RobotReport(
+                robot,
+                stopped=change.lost,
+                reason=ENGINE_LOST,
+                text=f"robot {robot + 1} stopped: its DOOM engine failed ({change.reason})"
+                if change.lost
+                else f"robot {robot + 1} goes on with another DOOM engine",
+                age_s=change.seconds,
+            )
+            for robot in change.robots
+        )
+        if self._teller is not None:
+            self._teller(reports)
+        else:
+            self._reports += reports
 
     def _memory(self) -> dict[str, npt.NDArray[Any]]:
         return {

@@ -2,67 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-from analysis.commands.report import write_report
-from participant import Participant
+from driven_session import check, run_session
 from patience import PATIENCE_S
 from protocols import variant
-from study.events.inputs import KeyChanged
-from study.recording.reader import read_recording
-from study.verification import verify
-from x11_driver import Hands, x_server
-
-ROOT = Path(__file__).resolve().parents[2]
-
-
-def run_session(
-    protocol: str, folder: Path, *, mouse: bool, timeout_s: float
-) -> tuple[Path, list[tuple[str, bool]]]:
-    """Run a session by real events; return its recording and the key events sent."""
-    with x_server() as display:
-        environment = {
-            **os.environ,
-            "DISPLAY": display,
-            "SDL_VIDEODRIVER": "x11",
-            "SDL_AUDIODRIVER": "dummy",
-        }
-        command = [sys.executable, "-m", "study.commands.main", "run", protocol, "-p", "P01"]
-        study = subprocess.Popen([*command, "-o", str(folder)], env=environment, cwd=ROOT)
-        hands = Hands(display)
-        try:
-            Participant(hands, folder, study, mouse=mouse, seed=1).run(timeout_s)
-        finally:
-            study.terminate()
-            status = study.wait(PATIENCE_S)
-            hands.close()
-    assert status == 0
-    (recording,) = folder.glob("*.mcap")
-    return recording, hands.sent
-
-
-def check(path: Path, sent: list[tuple[str, bool]], report: Path) -> None:
-    """Check what every driven session must leave: keys as sent, a replay, a report."""
-    recording = read_recording(path)
-    assert recording.complete
-    keys = [
-        (record.key, record.down)
-        for _, record in recording.records("input/key_changed")
-        if isinstance(record, KeyChanged)
-    ]
-    assert keys == sent
-    verdict = verify(path)
-    assert verdict.matches, verdict.difference
-    answers = list(recording.records("event/question_answered"))
-    assert len(answers) == 8
-    page = write_report([path], report).read_text()
-    assert "P01" in page
-    assert "Simulated participants" not in page
 
 
 @pytest.mark.parametrize(

@@ -49,3 +49,9 @@ def jetbots(folder: Path, robots_file: Path | None) -> Path:
     path = folder / "jetbots.toml"
     path.write_text(text)
     return path
+
+
+def in_doom(folder: Path, *changes: tuple[str, str], base: str = "smoke") -> Path:
+    """Write a shipped protocol on the task navigation, with DOOM in its place."""
+    rooms = (('name = "navigation"', 'name = "doom"'), ("noise = 0.03", "noise = 0.0"))
+    return variant(folder, *rooms, *changes, base=base)

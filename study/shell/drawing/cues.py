@@ -25,6 +25,7 @@ class PillStyle:
 
 
 STYLES: dict[CueKind, PillStyle] = {
+    "held": PillStyle(palette.INK, palette.CARD, palette.CARD, palette.PLATE),
     "lost": PillStyle(palette.INK, palette.CARD, palette.CARD, palette.VERMILLION_TINT),
     "time_up": PillStyle(palette.CARD, palette.INK, palette.INK, None),
     "goal": PillStyle(palette.GREEN_TEXT, palette.CARD, palette.CARD, palette.GREEN_TINT),
@@ -44,6 +45,7 @@ def points(amount: float) -> str:
 
 
 WORDS: dict[CueKind, str] = {
+    "held": noted("WAITS"),
     "lost": noted("LOST"),
     "time_up": noted("TIME UP"),
     "goal": noted("GOAL"),
@@ -72,9 +74,15 @@ def _bars(canvas: Canvas, x: float, y: float, size: float, colour: Colour) -> No
         canvas.surface.fill(colour, (left, round(y - height / 2), width, height))
 
 
+def _dots(canvas: Canvas, x: float, y: float, size: float, colour: Colour) -> None:
+    for side in (-1, 0, 1):
+        marks.disc(canvas, x + side * size * 0.36, y, max(1.0, size * 0.13), colour)
+
+
 def _sign(kind: CueKind) -> Callable[[Canvas, float, float, float, Colour], object]:
     stroke = 0.19
     signs: dict[CueKind, Callable[[Canvas, float, float, float, Colour], object]] = {
+        "held": _dots,
         "lost": lambda c, x, y, s, k: marks.saltire(c, x, y, s * 1.1, k, s * stroke),
         "time_up": lambda c, x, y, s, k: marks.clock(c, x, y, s * 1.1, k),
         "goal": lambda c, x, y, s, k: marks.tick(c, x, y, s * 1.1, k, s * stroke),
@@ -144,6 +152,19 @@ def draw_sign(canvas: Canvas, cue: Cue, right: float, y: float, size: float) -> 
     return place
 
 
+def draw_veil(canvas: Canvas, place: pygame.Rect) -> None:
+    """Dim what a tile shows, and put a clock on it: it stands still, and is no news."""
+    veil = pygame.Surface(place.size)
+    veil.fill(palette.PAGE)
+    veil.set_alpha(VEIL)
+    canvas.surface.blit(veil, place)
+    radius = 0.16 * min(place.size)
+    marks.disc(canvas, *place.center, radius, palette.CARD)
+    marks.clock(canvas, *place.center, 1.5 * radius, palette.INK)
+
+
+VEIL = 150
+"""Opacity of what dims a tile, of 255."""
 SIGN_EDGE = 1.4
 """Width of a sign's box in sizes of its text."""
 

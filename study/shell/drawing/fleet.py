@@ -12,8 +12,8 @@ from study.screens import FleetScreen, Tile
 from study.shell.drawing import chrome, frames, header, legend, palette
 from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.grid import TilePlace, place_enlarged, place_tiles
-from study.shell.drawing.motion import Motion
-from study.shell.drawing.pictures import Pictures
+from study.shell.drawing.motion import Motion, fraction
+from study.shell.drawing.pictures import Pictures, Shot
 from study.shell.drawing.plate import PlateLook
 from study.shell.drawing.tile import TileView, draw_tile, looks_of
 
@@ -217,8 +217,13 @@ class FleetPainter:
             pose=self.motion.pose(screen, tile, now_ns),
             landing=_landing(screen, since) if driven else -1.0,
             dwell_left=dwell_left,
-            shot=self._pictures.of(tile.robot) if screen.scene.camera else None,
+            shot=self._shot(screen, tile, now_ns) if screen.scene.camera else None,
         )
+
+    def _shot(self, screen: FleetScreen, tile: Tile, now_ns: int) -> Shot:
+        """Return the picture of a robot as far on its way as its place on the map would be."""
+        share = fraction(now_ns, screen.t_ns, screen.timestep_seconds)
+        return self._pictures.of(tile.robot, share)
 
 
 def _landing(screen: FleetScreen, since: float) -> float:
@@ -253,7 +258,7 @@ def _note(messages: Messages, screen: FleetScreen) -> str:
 
 def _legend_items(screen: FleetScreen) -> list[legend.Item]:
     scene = screen.scene
-    if scene.camera:
+    if scene.camera and not scene.inset:
         # Of all that is drawn only the frame of a suggestion is ours.
         return ["suggested"] if screen.allocation == "suggested" else []
     roles = {mark.role for mark in scene.rectangles} | {disc.role for disc in scene.discs}

@@ -115,7 +115,12 @@ def _gap(*, single: bool, scale: float) -> int:
 
 def _strip(scene: Scene, width: float, scale: float) -> int:
     """Return the height of the plate above a map that leaves no room for it, pixels."""
-    return 0 if scene.plate is not None else round(max(30 * scale, 0.11 * width))
+    return 0 if _in_corner(scene) else round(max(30 * scale, 0.11 * width))
+
+
+def _in_corner(scene: Scene) -> bool:
+    """Whether plates lie in the map's empty corner; a picture has none."""
+    return scene.plate is not None and not scene.camera
 
 
 def _grid(area: pygame.Rect, scene: Scene, tiles: int, bar: int, scale: float) -> tuple[int, int]:
@@ -127,7 +132,7 @@ def _grid(area: pygame.Rect, scene: Scene, tiles: int, bar: int, scale: float) -
         across = (area.width - (columns + 1) * gap) / columns
         down = (area.height - (rows + 1) * gap) / rows - bar
         width = min(across, down * scene.width / scene.height)
-        if scene.plate is None:
+        if not _in_corner(scene):
             width = min(across, (down - _strip(scene, width, scale)) * scene.width / scene.height)
         best = max(best, (int(width), columns), key=lambda found: found[0])
     return max(40, best[0]), best[1]
@@ -141,7 +146,7 @@ def _spread(room: int, count: int, length: int, smallest: int, largest: float) -
 
 def plate_on(scene: Scene, drawn: pygame.Rect, strip: int) -> pygame.Rect:
     """Return the plate of a map drawn at ``drawn``, or the strip above it, pixels."""
-    if scene.plate is None:
+    if strip or scene.plate is None:
         return pygame.Rect(drawn.left, drawn.top - strip, drawn.width, strip)
     x, y, width, height = scene.plate
     scale_x, scale_y = drawn.width / scene.width, drawn.height / scene.height

@@ -13,6 +13,8 @@ from study.shell.drawing import palette
 from study.shell.drawing.canvas import Canvas
 
 Picture = npt.NDArray[np.uint8]
+_SEVERAL = 4
+"""Dimensions of several pictures of one robot."""
 NO_PICTURE = noted("No picture of this robot here")
 
 
@@ -29,27 +31,42 @@ class Shot(NamedTuple):
 
 
 class Pictures:
-    """The newest picture of each robot. One that is the same again keeps its number."""
+    """The newest pictures of each robot. One that is the same again keeps its number."""
 
     def __init__(self) -> None:
-        self._shots: list[Shot] = []
+        self._shots: list[list[Shot]] = []
         self._next = 1
 
     def take(self, pictures: npt.NDArray[np.uint8] | list[Picture | None]) -> None:
-        """Take the pictures of a fleet, one a robot; None where there is none."""
+        """Take the pictures of a fleet.
+
+        Args:
+            pictures: a picture a robot, or several on the way of a timestep, uint8
+                [k, height, width, 3]; None where there is none.
+        """
         before = self._shots
         self._shots = [
-            self._shot(before[robot] if robot < len(before) else None, pixels)
+            self._taken(before[robot][-1] if robot < len(before) else None, pixels)
             for robot, pixels in enumerate(pictures)
         ]
 
-    def of(self, robot: int) -> Shot:
-        """Return the picture of a robot (from 0)."""
-        return self._shots[robot] if robot < len(self._shots) else Shot(0, None)
-
-    def _shot(self, before: Shot | None, pixels: Picture | None) -> Shot:
-        if pixels is None:
+    def of(self, robot: int, share: float = 1.0) -> Shot:
+        """Return the picture of a robot (from 0) when a share of a timestep has passed."""
+        if robot >= len(self._shots):
             return Shot(0, None)
+        shots = self._shots[robot]
+        return shots[min(len(shots) - 1, max(0, int(share * len(shots))))]
+
+    def _taken(self, before: Shot | None, pixels: Picture | None) -> list[Shot]:
+        if pixels is None:
+            return [Shot(0, None)]
+        shots: list[Shot] = []
+        for picture in pixels if pixels.ndim == _SEVERAL else pixels[None]:
+            before = self._shot(before, picture)
+            shots.append(before)
+        return shots
+
+    def _shot(self, before: Shot | None, pixels: Picture) -> Shot:
         if (
             before is not None
             and before.pixels is not None

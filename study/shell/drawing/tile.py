@@ -9,7 +9,7 @@ import pygame
 
 from study.events.scene import Scene
 from study.screens import Tile
-from study.shell.drawing import cues, frames, maps, marks, palette, plate
+from study.shell.drawing import cues, frames, inset, maps, marks, palette, plate
 from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.grid import TilePlace
 from study.shell.drawing.motion import Pose, along_trail
@@ -74,6 +74,10 @@ class Body(NamedTuple):
     landing: float
 
 
+NOWHERE = Body(0, 0, (), 0, -1, -1.0)
+"""Of a robot that is not drawn."""
+
+
 class Looks(NamedTuple):
     """All that the look of a tile depends on. Two that are equal look the same.
 
@@ -101,14 +105,27 @@ def looks_of(scene: Scene, shown: TileView) -> Looks:
     return Looks(
         still=(scene, place, cue, look),
         health=(place, ground, look.driven, round(tile.health), lost),
-        body=_body_of(maps.MapView(scene, place.map), shown),
+        body=_body_of(scene, shown),
         shot=-1 if shown.shot is None else shown.shot.number,
     )
 
 
-def _body_of(view: maps.MapView, shown: TileView) -> Body:
+def _has_picture(scene: Scene, shown: TileView) -> bool:
+    """Whether a picture is shown; where one is missing, a map takes its place if there is one."""
+    there = shown.shot is not None and shown.shot.pixels is not None
+    return scene.pictures_only or (scene.camera and there)
+
+
+def _body_of(scene: Scene, shown: TileView) -> Body:
     """Return where and how a tile's robot is drawn."""
     pose, driven = shown.pose, shown.look.driven
+    if _has_picture(scene, shown):
+        if not scene.inset:
+            return NOWHERE
+        view = maps.MapView(scene, inset.place_of(scene, shown.place))
+        x, y = view.robot_point(pose.x, pose.y, driven=driven)
+        return Body(round(x), round(y), (), heading_step(pose.heading), -1, -1.0)
+    view = maps.MapView(scene, shown.place.map)
     x, y = view.robot_point(pose.x, pose.y, driven=driven)
     trail: tuple[tuple[int, int], ...] = ()
     if not driven:
@@ -143,15 +160,27 @@ def draw_tile(canvas: Canvas, scene: Scene, shown: TileView, looks: Looks | None
         frames.frame_rect(canvas, place),
         lambda: _draw_still(canvas, scene, shown),
     )
-    if scene.camera:
+    if not scene.pictures_only:
+        row = plate.health_row(canvas, place)
+        canvas.remember(
+            ("health", seat),
+            looks.health,
+            row.place,
+            lambda: plate.draw_health(canvas, row, tile, boxed=look.driven),
+        )
+    if _has_picture(scene, shown):
         canvas.remember(
             ("picture", seat),
             (tile.robot, looks.shot, canvas.scale),
             place.map,
             lambda: draw_picture(canvas, shown.shot, place.map),
         )
+        if scene.inset:
+            inset.draw(canvas, scene, place, shown.pose, robot=tile.robot, driven=look.driven)
     else:
         _draw_on_map(canvas, view, shown, looks)
+    if tile.cue is not None and tile.cue.kind == "held":
+        cues.draw_veil(canvas, place.map)
     if shown.dwell_left >= 0:
         plate.draw_dwell(canvas, place, tile.robot, shown.dwell_left)
     if look.driven and place.single and shown.landing >= 0:
@@ -160,15 +189,8 @@ def draw_tile(canvas: Canvas, scene: Scene, shown: TileView, looks: Looks | None
 
 
 def _draw_on_map(canvas: Canvas, view: maps.MapView, shown: TileView, looks: Looks) -> None:
-    """Draw the health, and the robot on its map."""
-    place, tile, look, body = shown.place, shown.tile, shown.look, looks.body
-    row = plate.health_row(canvas, place)
-    canvas.remember(
-        ("health", LARGE if place.single else tile.robot),
-        looks.health,
-        row.place,
-        lambda: plate.draw_health(canvas, row, tile, boxed=look.driven),
-    )
+    """Draw the robot on its map."""
+    place, body = shown.place, looks.body
     # The plate belongs to the screen, not to the map: what reaches over it is cut off.
     reach = round(view.robot_radius * FARTHEST)
     marks_place = pygame.Rect(body.x - reach, body.y - reach, 2 * reach, 2 * reach)
@@ -188,7 +210,7 @@ def _draw_still(canvas: Canvas, scene: Scene, shown: TileView) -> None:
     canvas.surface.fill(shown.ground, frames.frame_rect(canvas, place))
     if look.driven:
         frames.driven_frame(
-            canvas, place, tile.robot, announced=look.announced, arrows=not scene.camera
+            canvas, place, tile.robot, announced=look.announced, arrows=not scene.pictures_only
         )
     elif look.suggested:
         frames.suggested_frame(canvas, place, tile.robot, look.accept_key)

@@ -14,6 +14,7 @@ import tempfile
 import time
 import uuid
 import weakref
+from collections.abc import Callable
 from itertools import pairwise
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -53,6 +54,23 @@ class Incident:
     seconds: float
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class Change:
+    """Robots that lost their engines, or have them again.
+
+    Attributes:
+        robots: whose they are.
+        lost: False if they are replaced.
+        reason: what was noticed.
+        seconds: since the request that they failed at.
+    """
+
+    robots: tuple[int, ...]
+    lost: bool
+    reason: str
+    seconds: float
+
+
 class _Lost(Exception):  # noqa: N818 - told to nobody outside
     """A worker that is of no more use."""
 
@@ -62,6 +80,7 @@ class _Worker:
 
     def __init__(self, crew: Crew, first: int, last: int) -> None:
         self.robots = slice(first, last)
+        self.indices = tuple(range(first, last))
         self.scratch = Path(tempfile.gettempdir()) / f"doom_{uuid.uuid4().hex}"
         ours, theirs = socket.socketpair()
         settings = {
@@ -152,6 +171,7 @@ class Crew:
         every_tic: draw every tic, not only the last of a timestep.
         workers: how many processes share the engines.
         patience: seconds after which an engine that does not answer is replaced.
+        on_change: told when engines are found to have failed, and when others are in their place.
 
     Attributes:
         arena: what is shared with the workers; a window may open it too.
@@ -168,11 +188,13 @@ class Crew:
         every_tic: bool,
         workers: int,
         patience: float,
+        on_change: Callable[[Change], None] = lambda _: None,
     ) -> None:
         self.wad, self.start, self.every_tic = wad, start, every_tic
         self.arena = Arena.create(robots, *frame)
         self.incidents: list[Incident] = []
         self._patience = patience
+        self._on_change = on_change
         self._placed = np.zeros(robots, np.bool_)
         self._known = np.zeros_like(self.arena.poses)
         edges = np.linspace(0, robots, min(workers, robots) + 1).round().astype(int).tolist()
@@ -233,15 +255,19 @@ class Crew:
                 worker.expect(DONE, until)
             except _Lost as error:
                 lost[number] = str(error)
-        for number in lost:
+        for number, reason in lost.items():
             self.arena.frozen[self._workers[number].robots] = 1
+            since = time.monotonic() - begun
+            self._on_change(
+                Change(self._workers[number].indices, lost=True, reason=reason, seconds=since)
+            )
         for number, reason in lost.items():
             self._retry(number, reason, request, mask)
-            robots = self._workers[number].robots
-            self.arena.frozen[robots] = 0
-            self.incidents.append(
-                Incident(tuple(range(robots.start, robots.stop)), reason, time.monotonic() - begun)
-            )
+            worker = self._workers[number]
+            self.arena.frozen[worker.robots] = 0
+            since = time.monotonic() - begun
+            self.incidents.append(Incident(worker.indices, reason, since))
+            self._on_change(Change(worker.indices, lost=False, reason=reason, seconds=since))
 
     def _retry(self, number: int, reason: str, request: str, mask: Mask) -> None:
         """Replace a worker and give it the request again that it failed at."""

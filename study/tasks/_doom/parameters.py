@@ -26,6 +26,9 @@ class Parameters(navigation.Parameters):
     frames: Literal["every_tic", "last"] = Field(
         "every_tic", description="pictures drawn: after each of the four tics, or the last only"
     )
+    map: Literal["small", "none"] = Field(
+        "small", description='in a corner of each picture: "small", the map from above; or "none"'
+    )
     workers: int = Field(
         2, ge=1, le=64, description="processes that share the engines; as many as there are cores"
     )

@@ -80,3 +80,26 @@ def test_a_session_that_is_resumed_knows_no_old_stops(shell: FakeShell) -> None:
     shell.tap("return")
     shell.answer_fleet()
     assert "stands still" not in message(shell)
+
+
+def test_engines_that_are_replaced_are_told_in_one_sentence_at_once(shell: FakeShell) -> None:
+    """Before the fleet answers, the tiles of all robots concerned are marked; then no more."""
+    usual = message(shell)
+    for robot in (0, 1):
+        (deviation,) = report(shell, robot, "engine_lost", stopped=True)
+        assert deviation.code == "robot_stopped"
+    screen = shell.screen
+    assert isinstance(screen, FleetScreen)
+    assert screen.message == (
+        "One moment: robots 1, 2 are being brought back, and all wait for them"
+    )
+    kinds = [tile.cue.kind if tile.cue else "" for tile in screen.tiles]
+    assert kinds[:2] == ["held", "held"]
+    assert "held" not in kinds[2:]
+    for robot in (0, 1):
+        assert report(shell, robot, "engine_lost", stopped=False) == []
+    screen = shell.screen
+    assert isinstance(screen, FleetScreen)
+    assert screen.message == usual
+    assert all(tile.cue is None or tile.cue.kind != "held" for tile in screen.tiles)
+    assert replayed(shell.inputs) == shell.log

@@ -120,7 +120,16 @@ def test_colours_that_tell_things_apart_do_so_for_every_eye(group: str, sight: s
 
 def test_cues_differ_without_their_colour() -> None:
     """The tints of plates are too alike for colour-blind eyes: each cue has words of its own."""
-    kinds: tuple[CueKind, ...] = ("lost", "time_up", "goal", "damage", "stuck", "low", "pack")
+    kinds: tuple[CueKind, ...] = (
+        "held",
+        "lost",
+        "time_up",
+        "goal",
+        "damage",
+        "stuck",
+        "low",
+        "pack",
+    )
     words = {cues.pill_text(messages_for("en"), Cue(kind, 5.0, 0)) for kind in kinds}
     assert len(words) == len(kinds)
     assert set(cues.STYLES) == set(kinds)

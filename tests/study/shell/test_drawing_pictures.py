@@ -11,13 +11,17 @@ import pytest
 
 import sample_screens as samples
 from study.events.scene import Scene
-from study.screens import FleetScreen
+from study.screens import Cue, FleetScreen
+from study.shell.drawing import inset, palette
 from study.shell.drawing.fleet import tile_places
 from study.shell.drawing.pictures import NO_PICTURE, Pictures
 from study.shell.drawing.renderer import Renderer
 
 SIZE = (1280, 960)
 CAMERA = Scene(15.0, 10.0, (), (), None, 0.35, camera=True)
+ROOMS = dataclasses.replace(samples.SCENE, camera=True)
+"""Rooms that pictures are taken of."""
+SMALL_MAP = dataclasses.replace(ROOMS, inset=True)
 
 
 @pytest.fixture(autouse=True)
@@ -26,10 +30,10 @@ def fonts() -> None:
     pygame.font.init()
 
 
-def fleet(robots: int = 4, **changes: object) -> FleetScreen:
+def fleet(robots: int = 4, scene: Scene = CAMERA, **changes: object) -> FleetScreen:
     """Return a fleet whose tiles show pictures."""
     shown = samples.fleet(robots, operated=1, cued=False)
-    return dataclasses.replace(shown, scene=CAMERA, **changes)  # type: ignore[arg-type]
+    return dataclasses.replace(shown, scene=scene, **changes)  # type: ignore[arg-type]
 
 
 def plain(*greys: int) -> npt.NDArray[np.uint8]:
@@ -101,3 +105,105 @@ def test_other_tasks_are_drawn_as_before() -> None:
         Renderer(SIZE, pictures=pictures).draw(surface, samples.fleet(4), samples.T_NS)
         drawn.append(pygame.image.tobytes(surface, "RGB"))
     assert drawn[0] == drawn[1]
+
+
+def drawn_with(screen: FleetScreen, *greys: int) -> tuple[Renderer, pygame.Surface]:
+    """Draw a screen with pictures of these greys; without any, all are missing."""
+    pictures = Pictures()
+    pictures.take(plain(*greys) if greys else [])
+    renderer, surface = Renderer(SIZE, pictures=pictures), pygame.Surface(SIZE)
+    renderer.draw(surface, screen, samples.T_NS)
+    assert not renderer.overflows
+    return renderer, surface
+
+
+def seen_in(surface: pygame.Surface, place: pygame.Rect) -> npt.NDArray[np.uint8]:
+    """Return what is drawn in a place."""
+    return pygame.surfarray.array3d(surface.subsurface(place))
+
+
+def test_pictures_of_rooms_have_number_health_and_frame_beside_them() -> None:
+    """Nothing lies over a picture: number and health stand above it, the blue frame around it."""
+    screen = fleet(scene=ROOMS)
+    renderer, surface = drawn_with(screen, 10, 20, 30, 40)
+    written = [line.text for line in renderer.canvas.written]
+    for tile, place, grey in zip(
+        screen.tiles, tile_places(renderer.canvas, screen), (10, 20, 30, 40), strict=True
+    ):
+        assert str(tile.robot + 1) in written
+        assert f"{tile.health:.0f}" in written
+        assert not place.map.colliderect(place.plate)
+        middle = place.map.inflate(-place.map.width // 3, -place.map.height // 3)
+        assert (seen_in(surface, middle) == grey).all()
+    driven = tile_places(renderer.canvas, screen)[screen.operated]
+    beside = (driven.map.left - 4, driven.map.centery)
+    assert surface.get_at(beside)[:3] == palette.BLUE
+
+
+def test_a_small_map_lies_in_the_corner_of_each_picture() -> None:
+    """Its corner alone differs from a tile without one, and its robot moves on it."""
+    plain_tiles, mapped = fleet(scene=ROOMS), fleet(scene=SMALL_MAP)
+    renderer, without = drawn_with(plain_tiles, 10, 20, 30, 40)
+    _, with_map = drawn_with(mapped, 10, 20, 30, 40)
+    for place in tile_places(renderer.canvas, mapped):
+        differs = (seen_in(without, place.map) != seen_in(with_map, place.map)).any(axis=2)
+        share = inset.SHARE + 2 * inset.MARGIN
+        assert differs.any()
+        assert not differs[: round(place.map.width * (1 - share))].any()
+        assert not differs[:, : round(place.map.height * (1 - share)) - 4].any()
+    moved = dataclasses.replace(
+        mapped,
+        tiles=tuple(dataclasses.replace(tile, x=tile.x / 2) for tile in mapped.tiles),
+    )
+    _, later = drawn_with(moved, 10, 20, 30, 40)
+    first = tile_places(renderer.canvas, mapped)[0].map
+    assert (seen_in(later, first) != seen_in(with_map, first)).any()
+
+
+def test_where_pictures_of_rooms_are_missing_the_map_is_drawn() -> None:
+    """A replay without the engine shows the rooms from above, and the robots in them."""
+    screen = fleet(scene=ROOMS)
+    renderer, surface = drawn_with(screen)
+    written = " ".join(line.text for line in renderer.canvas.written)
+    assert NO_PICTURE not in written
+    for place in tile_places(renderer.canvas, screen):
+        assert len(np.unique(seen_in(surface, place.map).reshape(-1, 3), axis=0)) > 20
+
+
+def test_pictures_on_the_way_of_a_timestep_follow_each_other() -> None:
+    """Of four pictures a timestep, each is shown for a quarter of it, the last from then on."""
+    pictures = Pictures()
+    pictures.take(np.stack([plain(10, 20, 30, 40)] * 4, axis=1))
+    ways = np.stack([plain(*[k] * 4) for k in (50, 60, 70, 80)], axis=1)
+    pictures.take(ways)
+    renderer, surface, screen = Renderer(SIZE, pictures=pictures), pygame.Surface(SIZE), fleet()
+    quarter = round(screen.timestep_seconds * 1e9 / 4)
+    seen = []
+    for passed in (0, 1, 2, 3, 9):
+        renderer.draw(surface, screen, screen.t_ns + passed * quarter + 1000)
+        middle = tile_places(renderer.canvas, screen)[2].map.center
+        seen.append(surface.get_at(middle)[0])
+    assert seen == [50, 60, 70, 80, 80]
+
+
+@pytest.mark.parametrize("scene", [ROOMS, SMALL_MAP, samples.SCENE, CAMERA])
+def test_a_robot_that_is_held_is_dimmed_and_marked(scene: Scene) -> None:
+    """Its tile says that it waits and is paler; the others stay as they are."""
+    screen = dataclasses.replace(fleet(), scene=scene)
+    held = dataclasses.replace(screen.tiles[2], cue=Cue("held", 0.0, samples.T_NS))
+    standing = dataclasses.replace(screen, tiles=(*screen.tiles[:2], held, *screen.tiles[3:]))
+    renderer, usual = drawn_with(screen, 10, 20, 30, 40)
+    marked_renderer, marked = drawn_with(standing, 10, 20, 30, 40)
+    assert "WAITS" in [line.text for line in marked_renderer.canvas.written]
+    for number, place in enumerate(tile_places(renderer.canvas, screen)):
+        corner = pygame.Rect(place.map.topleft, (place.map.width // 4, place.map.height // 4))
+        before, after = seen_in(usual, corner), seen_in(marked, corner)
+        if number == 2:
+            assert (
+                np.abs(after - np.array(palette.PAGE, float)).mean()
+                <= np.abs(before - np.array(palette.PAGE, float)).mean()
+            )
+        else:
+            assert (before == after).all()
+    third = tile_places(renderer.canvas, screen)[2].map
+    assert (seen_in(usual, third) != seen_in(marked, third)).any(axis=2).mean() > 0.5

@@ -50,7 +50,7 @@ def ask(fleet: Fleet, effect: StartFleet | StepFleet) -> FleetAnswer:
     fleet.request(effect)
     for _ in range(100):
         answer = fleet.poll(0.5)
-        if answer is not None:
+        if isinstance(answer, FleetAnswer):
             return answer
     raise AssertionError("no answer")
 

@@ -21,6 +21,7 @@ from patience import PATIENCE_S
 from study.errors import StudyError
 from study.session.effects import StartFleet, StepFleet
 from study.shell.fleet import ProcessFleet
+from study.shell.fleet_host import FleetAnswer, FleetNews
 from study.tasks import doom, navigation
 from study.tasks._doom.arena import Arena
 from study.tasks.base import PlaceableTask, SnapshotTask
@@ -269,15 +270,28 @@ def test_in_a_fleets_own_process_it_steps_and_ends_with_it(
         )
     )
     started = fleet.poll(PATIENCE_S)
-    assert started is not None
+    assert isinstance(started, FleetAnswer)
     none = np.zeros(ROBOTS, np.bool_)
     fleet.request(
         StepFleet(request_id=2, actions=_actions(0), active=EVERY, reset=none, seeds=SEEDS)
     )
     stepped = fleet.poll(PATIENCE_S)
-    assert stepped is not None
+    assert isinstance(stepped, FleetAnswer)
     assert (stepped.states != started.states).any()
     (child,) = [pid for pid, command in _descendants(os.getpid()) if "spawn_main" in command]
+    # Who lost an engine is told before the answer comes.
+    workers = [pid for pid, command in _descendants(child) if "_doom.worker" in command]
+    os.kill(workers[0], signal.SIGKILL)
+    fleet.request(
+        StepFleet(request_id=3, actions=_actions(1), active=EVERY, reset=none, seeds=SEEDS)
+    )
+    lost, back, stepped = (fleet.poll(PATIENCE_S) for _ in range(3))
+    for news, stopped in ((lost, True), (back, False)):
+        assert isinstance(news, FleetNews)
+        assert [report.robot for report in news.reports] == [0, 1]
+        assert {report.stopped for report in news.reports} == {stopped}
+    assert isinstance(stepped, FleetAnswer)
+    assert stepped.reports == ()
     os.kill(child, signal.SIGKILL)
     fleet.close()
     _assert_nothing_is_left(mark, memory, tmp_path)

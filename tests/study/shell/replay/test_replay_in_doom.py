@@ -1,0 +1,121 @@
+"""Replays of a session in DOOM: with the engine as it was seen, without it from above."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from extras import need
+from protocols import in_doom
+from study.commands.recorded_scorers import recorded_weights
+from study.commands.simulating import simulated_assignments
+from study.commands.unrecorded import NoRecorder, run_unrecorded
+from study.events.fields import Record
+from study.events.inputs import FleetObserved, Input
+from study.loading import load_protocol
+from study.messages import messages_for
+from study.shell.drawing.pictures import Pictures
+from study.shell.fitting import InlineFitter
+from study.shell.replay.camera import Camera
+from study.shell.replay.head import Head
+from study.shell.virtual_loop import VirtualClock
+
+pytestmark = pytest.mark.acceptance
+
+SMALLER = (
+    ("robots = 12", "robots = 2"),
+    ("robots = 4", "robots = 2"),
+    ("episodes = 2", "episodes = 1"),
+    ("trials = 2\n", "trials = 1\n"),
+    ("trial_timesteps = 40", "trial_timesteps = 20"),
+    ("dwell = 15", "dwell = 5"),
+)
+QUARTERS = (0.0, 0.3, 0.6, 0.9)
+
+Shots = npt.NDArray[np.uint8]
+
+
+class _Seen(NoRecorder):
+    """Keeps the inputs of a session, and the pictures that came before each answer."""
+
+    def __init__(self) -> None:
+        self.inputs: list[Input] = []
+        self.pictures: dict[int, Shots] = {}
+        self._newest: Shots | None = None
+
+    def take(self, pictures: Shots) -> None:
+        self._newest = pictures
+
+    def write_together(self, records: Sequence[tuple[Record, int]]) -> int:
+        given: Input = records[0][0]  # type: ignore[assignment]
+        self.inputs.append(given)
+        if isinstance(given, FleetObserved) and self._newest is not None:
+            self.pictures[given.request_id], self._newest = self._newest, None
+        return 0
+
+
+@pytest.fixture(scope="module")
+def seen(tmp_path_factory: pytest.TempPathFactory) -> _Seen:
+    """A session in DOOM, and what the participant saw in it."""
+    need("vizdoom")
+    loaded = load_protocol(str(in_doom(tmp_path_factory.mktemp("doom"), *SMALLER)))
+    (assignment,) = simulated_assignments(loaded, 1, seed=3)
+    kept = _Seen()
+    run_unrecorded(
+        loaded,
+        assignment,
+        messages_for("en"),
+        VirtualClock(),
+        fitter=InlineFitter(loaded.description, recorded_weights(loaded)),
+        on_show=lambda _: None,
+        on_pictures=kept.take,
+        recorder=kept,
+    )
+    return kept
+
+
+def test_with_the_engine_every_tic_is_seen_again(seen: _Seen) -> None:
+    """From seeds and actions alone each of the four pictures a timestep comes back, to the byte."""
+    head, pictures, compared = Head(), Pictures(), 0
+    with closing(Camera()) as camera:
+        for given in seen.inputs:
+            head.take_note(None, given, head.session.handle(given))  # type: ignore[arg-type]
+            if not isinstance(given, FleetObserved) or given.request_id not in seen.pictures:
+                continue
+            camera.show(head.film, pictures)
+            before = seen.pictures[given.request_id]
+            assert before.shape[:2] == (given.robots, len(QUARTERS))
+            for robot in range(given.robots):
+                for tic, share in enumerate(QUARTERS):
+                    pixels = pictures.of(robot, share).pixels
+                    assert pixels is not None
+                    assert pixels.tobytes() == before[robot, tic].tobytes()
+            compared += 1
+    assert compared > 60
+
+
+def test_without_the_engine_all_pictures_are_missing(
+    seen: _Seen, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing fails: tiles are told that there is no picture, and draw the map."""
+    (tmp_path / "sitecustomize.py").write_text('import sys\nsys.modules["vizdoom"] = None\n')
+    monkeypatch.setenv(
+        "PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    )
+    head, pictures, asked = Head(), Pictures(), 0
+    with closing(Camera()) as camera:
+        for given in seen.inputs:
+            head.take_note(None, given, head.session.handle(given))  # type: ignore[arg-type]
+            if isinstance(given, FleetObserved) and given.request_id in seen.pictures:
+                camera.show(head.film, pictures)
+                assert [pictures.of(robot).pixels for robot in range(given.robots)] == [
+                    None
+                ] * given.robots
+                asked += 1
+    assert asked > 60
