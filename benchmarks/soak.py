@@ -9,10 +9,10 @@ whoever presses them learns as an experimenter would, from the link of `study co
 process takes all the CPU time that it gets.
 
 Of each session it says: how the memory of study, writer and fitting process grows after ten
-minutes (half of a shorter run), whether the recording lacks any record that the study accepted, by
-a log kept apart, and how punctual pictures and timesteps were. Exit status 1: a record is missing,
-a session did not reach its end, or, in a run of twenty minutes or more, memory grows by 1 MiB an
-hour.
+minutes (half of a shorter run; see `memory_series.Growth`), whether the recording lacks any record
+that the study accepted, by a log kept apart, and how punctual pictures and timesteps were. Exit
+status 1: a record is missing, a session did not reach its end, or, in a run of twenty minutes or
+more, the floor of the study's memory rises by 1 MiB an hour.
 """
 
 from __future__ import annotations
@@ -33,11 +33,10 @@ import zlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-import numpy as np
-
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "support")]
 
+from benchmarks.memory_series import MemorySeries  # noqa: E402
 from study.commands import composing  # noqa: E402
 from study.console.finding import find_sessions  # noqa: E402
 from study.console.wire import Ended, Status, parse_said  # noqa: E402
@@ -50,13 +49,11 @@ from study.verification import verify  # noqa: E402
 from x11_driver import Hands, x_server  # noqa: E402
 
 LONGEST_START_S = 120.0
-SETTLED_S = 600.0
 JUDGED_MINUTES = 20.0
 MOST_MIB_AN_HOUR = 1.0
 BEFORE_BLOCKS_S = 280.0
 PRACTICE_AND_SURVEYS_S = 60.0
 PHASE_FOUR = 4
-MEBIBYTE = 1 << 20
 
 
 class LoggedRecorder(FailoverRecorder):
@@ -121,9 +118,7 @@ class Soaked:
     Attributes:
         participant: whose.
         folder: of its recording and log.
-        memory: name of process to times, s, and resident bytes.
-        place: what the session does, by its link.
-        places: what it did when memory was noted.
+        memory: of its processes, second by second.
         states: how many the link told.
         unsaved_s: the oldest that a record not on disk was said to be.
         ended: how it ended; None if it did not.
@@ -132,9 +127,7 @@ class Soaked:
 
     participant: str
     folder: Path
-    memory: dict[str, list[tuple[float, int]]] = dataclasses.field(default_factory=dict)
-    place: str = "start"
-    places: list[tuple[float, str]] = dataclasses.field(default_factory=list)
+    memory: MemorySeries = dataclasses.field(default_factory=MemorySeries)
     states: int = 0
     unsaved_s: float = 0.0
     ended: Ended | None = None
@@ -175,7 +168,7 @@ class Player:
             self._found.states += 1
             self._found.unsaved_s = max(self._found.unsaved_s, said.disk.unsaved_s)
             self._status = said
-            self._found.place = f"{said.place.phase} {said.place.name}"
+            self._found.memory.place = f"phase {said.place.phase} block {said.place.block}"
 
     def _act(self, status: Status) -> None:
         hands, chance, place = self._hands, self._random, status.place
@@ -203,35 +196,6 @@ class Player:
             time.sleep(0.1)
 
 
-def processes(pid: int) -> dict[str, int]:
-    """Return a session's processes by name."""
-    found = {"study": pid}
-    with contextlib.suppress(OSError):
-        for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
-            command = Path(f"/proc/{child}/cmdline").read_bytes()
-            name = "writer" if b"recording.writer" in command else "fitting"
-            if b"resource_tracker" not in command:
-                found[name] = int(child)
-    return found
-
-
-def resident(pid: int) -> int:
-    """Return a process's resident memory, bytes."""
-    pages = Path(f"/proc/{pid}/statm").read_text().split()[1]
-    return int(pages) * os.sysconf("SC_PAGE_SIZE")
-
-
-def sample(pid: int, found: Soaked, stop: threading.Event) -> None:
-    """Note the memory of all processes of a session once a second."""
-    began = time.monotonic()
-    while not stop.wait(1.0):
-        found.places.append((time.monotonic() - began, found.place))
-        for name, process in processes(pid).items():
-            with contextlib.suppress(OSError, IndexError):
-                row = (time.monotonic() - began, resident(process))
-                found.memory.setdefault(name, []).append(row)
-
-
 def run_one(protocol: Path, found: Soaked, seed: int) -> None:
     """Run one session from welcome to thanks."""
     found.folder.mkdir(parents=True)
@@ -247,7 +211,7 @@ def run_one(protocol: Path, found: Soaked, seed: int) -> None:
             study = subprocess.Popen(
                 command, env=environment, cwd=ROOT, stdout=said, stderr=subprocess.STDOUT
             )
-        watch = threading.Thread(target=sample, args=(study.pid, found, stop))
+        watch = threading.Thread(target=found.memory.follow, args=(study.pid, stop))
         watch.start()
         hands = Hands(display)
         try:
@@ -289,32 +253,6 @@ def hog(*, wanted: bool) -> Iterator[None]:
         process.wait()
 
 
-def slope(rows: list[tuple[float, int]]) -> float | None:
-    """Return how memory grows once it has settled, MiB an hour; None if that is too short."""
-    if not rows:
-        return None
-    after = min(SETTLED_S, rows[-1][0] / 2)
-    settled = np.array([row for row in rows if row[0] >= after], dtype=np.float64)
-    if len(settled) < 10:
-        return None
-    return float(np.polyfit(settled[:, 0] / 3600, settled[:, 1] / MEBIBYTE, 1)[0])
-
-
-def write_series(found: Soaked, path: Path) -> None:
-    """Write how much memory each process took, second by second, and what was being done."""
-    places = iter(found.places)
-    seconds, place = next(places, (0.0, ""))
-    lines = ["seconds,process,mebibytes,place\n"]
-    for name, rows in found.memory.items():
-        for at, taken in rows:
-            if name == "study":
-                while seconds < at - 0.5:
-                    seconds, place = next(places, (float("inf"), place))
-            said = place if name == "study" else ""
-            lines.append(f"{at:.0f},{name},{taken / MEBIBYTE:.2f},{said}\n")
-    path.write_text("".join(lines), encoding="utf-8")
-
-
 def lost(found: Soaked) -> tuple[int, int, list[int]]:
     """Return how many records were accepted, how many timesteps among them, and what lacks."""
     accepted: dict[int, tuple[str, int]] = {}
@@ -342,13 +280,11 @@ def report(found: Soaked, *, judge_memory: bool) -> bool:
     verdict = verify(path)
     print(f"  replay: {'identical' if verdict.matches else verdict.difference}")
     well = not missing and verdict.matches
-    for name, rows in sorted(found.memory.items()):
-        grows = slope(rows)
-        last = rows[-1][1] / MEBIBYTE
-        said = "too short to say" if grows is None else f"{grows:+.2f} MiB an hour"
-        print(f"  memory of {name}: {last:.0f} MiB at the end, {said}")
+    for name in found.memory.names:
+        grown = found.memory.growth(name)
+        print(f"  memory of {name}: {grown.sentence}")
         if judge_memory and name == "study":
-            well = well and grows is not None and grows < MOST_MIB_AN_HOUR
+            well = well and grown.floor is not None and grown.floor < MOST_MIB_AN_HOUR
     timings = [r for _, r in read_session(path).records(TrialTiming.topic)]
     print_timing([r for r in timings if isinstance(r, TrialTiming) and r.frames])
     oldest = f"oldest unsaved record {found.unsaved_s:.2f} s"
@@ -413,7 +349,7 @@ def main(words: Sequence[str] | None = None) -> int:
         if given.series is not None:
             given.series.mkdir(parents=True, exist_ok=True)
             for who in people:
-                write_series(who, given.series / f"{who.participant}.csv")
+                who.memory.write(given.series / f"{who.participant}.csv")
         judge = given.minutes >= JUDGED_MINUTES
         reports = [report(who, judge_memory=judge) for who in people]
         well = all(reports)
