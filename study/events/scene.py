@@ -21,12 +21,25 @@ class RectangleMark:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class DiscMark:
-    """A disc: a goal, a health pack, the middle of the start region."""
+    """A disc: a goal, a health pack, the middle of the start region; a wall is a round obstacle."""
 
     role: Role
     x: float
     y: float
     radius: float
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class GateMark:
+    """A line across a course that is driven round and round, from its inner to its outer end.
+
+    It is passed forwards with the inner end on the left.
+    """
+
+    inner_x: float
+    inner_y: float
+    outer_x: float
+    outer_y: float
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -41,8 +54,10 @@ class Scene:
         plate: the rectangle (x, y, width, height) that holds no room: a tile writes its
             number there. ``None`` where the map fills its bounds.
         robot_radius: metres.
-        camera: whether tiles show pictures that the task takes of its robots; the map is then
-            empty, and gives only their shape.
+        camera: whether tiles show pictures that the task takes of its robots. The map gives their
+            shape, and may say more to those who analyse; the window does not draw it.
+        gates: to be passed in this order, lap after lap; the last is the finish line. Empty where
+            there are no laps.
     """
 
     width: float
@@ -52,3 +67,4 @@ class Scene:
     plate: tuple[float, float, float, float] | None
     robot_radius: float
     camera: bool = False
+    gates: tuple[GateMark, ...] = ()

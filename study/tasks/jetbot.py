@@ -59,6 +59,7 @@ NOISE_LIMIT = 3.0
 _START_TRIES = 200
 _START_GAP = 0.5 * ROBOT_RADIUS
 _HEADING_SPREAD = 0.3
+_GRID_CELL = 0.1
 _HALF_TURN = float(np.nextafter(np.float32(np.pi), np.float32(0)))
 
 
@@ -73,7 +74,6 @@ def describe(parameters: Mapping[str, object] | Parameters) -> TaskDescription:
     """
     settings = Parameters.model_validate(parameters)
     course = TWO_BUCKETS
-    scene = course.scene()
     return TaskDescription(
         name="jetbot",
         version=1,
@@ -92,12 +92,10 @@ def describe(parameters: Mapping[str, object] | Parameters) -> TaskDescription:
         key_actions={"up": FORWARD, "down": BACKWARD, "left": TURN_LEFT, "right": TURN_RIGHT},
         horizon=settings.horizon,
         rewards=(RewardTerm("lap", settings.lap, "each lap", "round both buckets, anticlockwise"),),
-        scene=dataclasses.replace(scene, rectangles=(), discs=(), camera=True)
-        if settings.cameras
-        else scene,
-        map_grid=None,
+        scene=dataclasses.replace(course.scene(), camera=settings.cameras),
+        map_grid=course.map_grid(_GRID_CELL, (0.0, math.pi / 2, math.pi, -math.pi / 2)),
         resimulable="no" if settings.link else "exact",
-        instruction="Drive laps round both buckets, anticlockwise." if settings.cameras else "",
+        instruction="Drive laps round both buckets, anticlockwise.",
     )
 
 

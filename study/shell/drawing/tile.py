@@ -194,6 +194,9 @@ def _draw_still(canvas: Canvas, scene: Scene, shown: TileView) -> None:
         frames.suggested_frame(canvas, place, tile.robot, look.accept_key)
     tint = plate.plate_colour(place, tile, look)
     floor = palette.CARD if look.driven else palette.FLOOR
+    if scene.camera:
+        # Beside a picture of another shape there is floor, not a strip of the map.
+        scene = dataclasses.replace(scene, rectangles=(), discs=(), gates=())
     picture = maps.map_surface(canvas, scene, place.map.size, floor, tint)
     canvas.surface.blit(picture, place.map)
     if not place.has_corner_plate:
