@@ -107,6 +107,12 @@ def peak_finding(results: StudyResults) -> str:
     )
 
 
+def has_health(results: StudyResults) -> bool:
+    """Whether maps are drawn at several levels of health."""
+    grids = [session.task.map_grid for session in results.study.sessions]
+    return any(len(grid.healths) > 1 for grid in grids if grid)
+
+
 def shows_low_health(results: StudyResults) -> bool:
     """Whether a map is drawn at a health that participants see a cue for."""
     grids = [session.task.map_grid for session in results.study.sessions]
