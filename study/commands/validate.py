@@ -11,7 +11,7 @@ from rich.table import Table
 from study.commands.terminal import console
 from study.durations import dwell_seconds, expected_minutes
 from study.experiment.protocol import is_experiment, load_experiment
-from study.loading import find_protocol, load_protocol, read_text
+from study.loading import find_protocol, load_protocol, missing_extra, read_text
 
 
 def validate(
@@ -26,6 +26,8 @@ def validate(
         return
     loaded = load_protocol(protocol)
     console.print(f"[green]Valid:[/] {escape(str(loaded.path))} (sha256 {loaded.sha256[:12]})")
+    if missing := missing_extra(loaded.protocol.task.name, loaded.protocol.task.parameters):
+        console.print(f"[yellow]To run it:[/] {escape(missing)}")
     for condition, seconds in dwell_seconds(loaded.protocol):
         console.print(
             f"Condition {condition.name}: dwell {condition.dwell} timesteps = {seconds:.2f} s"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import sys
 from pathlib import Path
 from typing import TypeGuard
 
@@ -16,11 +17,12 @@ from study.arena.cameras import FrontCameras, ViewFromAbove, open_cameras
 from study.arena.course import MOST_ROBOTS, ROBOT_RADIUS, TWO_BUCKETS
 from study.arena.model import arena_mjcf
 from study.arena.physics import ArenaPhysics, wheel_speeds
+from study.commands.simulating import simulate_study
 from study.durations import dwell_seconds
 from study.errors import ProtocolError, StudyError
 from study.events.codes import Outcome, Phase
 from study.events.task_description import TaskDescription
-from study.loading import load_protocol
+from study.loading import load_protocol, missing_extra
 from study.session.plan import StagePlan, TrialPlan
 from study.session.sequence import stage_plans
 from study.tasks import jetbot
@@ -276,3 +278,24 @@ def test_the_view_from_above_shows_robots_where_they_are() -> None:
     row, column = round(120 - 2.5 / 4 * 160), round(0.98 / 4 * 160)
     assert picture[row, column].tolist() == [41, 120, 181]
     assert picture[round(120 - 0.5 / 4 * 160), round(2.98 / 4 * 160)].tolist() == [148, 60, 50]
+
+
+@pytest.mark.parametrize(
+    ("name", "module"), [("jetbot", "zmq"), ("jetbot_simulated", "mujoco")]
+)
+def test_a_missing_extra_is_named_before_anything_runs(
+    name: str, module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The protocol is valid without it; validation says what to install, a run begins nothing."""
+    loaded = load_protocol(name)
+    task = loaded.protocol.task
+    assert missing_extra(task.name, task.parameters) == ""
+    monkeypatch.setitem(sys.modules, module, None)
+    monkeypatch.setattr("importlib.util.find_spec", lambda wanted: None)
+    said = missing_extra(task.name, task.parameters)
+    assert module in said
+    assert "pip install 'scaled-autonomy[jetbot]'" in said
+    if name == "jetbot_simulated":
+        with pytest.raises(StudyError, match="MuJoCo, which is not installed"):
+            list(simulate_study(name, 1, 1, tmp_path / "out", 1))
+        assert not (tmp_path / "out").exists()
