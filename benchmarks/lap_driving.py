@@ -15,8 +15,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from study.seeding import generator, stream_seed
 from study.screens import Tile
+from study.seeding import generator, stream_seed
 from study.simulated.laps import LapSkill, lap_parameters, lap_way
 from study.simulated.parameters import draw_parameters
 from study.tasks._jetbot_parameters import ACTIONS, IDLE
@@ -82,13 +82,13 @@ def operator(robots: int, seed: int) -> Driving:
 def uniform_random(robots: int, seed: int) -> Driving:
     """Return a policy that presses any key at every timestep."""
     random = generator(seed, "uniform_random")
-    return lambda states: random.integers(0, len(ACTIONS), robots).astype(np.int32)
+    return lambda _: random.integers(0, len(ACTIONS), robots).astype(np.int32)
 
 
 def idle(robots: int, seed: int) -> Driving:
     """Return a policy that does nothing."""
     del seed
-    return lambda states: np.full(robots, IDLE, np.int32)
+    return lambda _: np.full(robots, IDLE, np.int32)
 
 
 if __name__ == "__main__":

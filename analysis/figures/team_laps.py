@@ -25,7 +25,9 @@ def team_laps(name: str, rows: Sequence[LapRow]) -> Drawing:
     """
     column = min(COLUMN, (WIDTH - LEFT) / max(len(rows), 1))
     right = LEFT + column * len(rows)
-    spoken = "; ".join(f"{r.label} {number(r.per_trial, 1)}" for r in rows if r.per_trial is not None)
+    spoken = "; ".join(
+        f"{r.label} {number(r.per_trial, 1)}" for r in rows if r.per_trial is not None
+    )
     drawing = Drawing(name, WIDTH, HEIGHT, f"Team laps per trial by condition: mean {spoken}")
     drawing.text((0, 14), "Team laps per trial", "f-ink bold", size=12)
     drawing.text((132, 14), "laps of all robots; a dot is a trial", "f-quiet", size=11.5)

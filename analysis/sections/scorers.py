@@ -92,7 +92,12 @@ def peak_finding(results: StudyResults) -> str:
                     discs, key=lambda d: ((d.x - peak.x) ** 2 + (d.y - peak.y) ** 2, d.role)
                 )
                 near[nearest.role] = near.get(nearest.role, 0) + 1
-    names = {"goal": "the goal", "health_pack": "a health pack", "start": "the start", "wall": "an obstacle"}
+    names = {
+        "goal": "the goal",
+        "health_pack": "a health pack",
+        "start": "the start",
+        "wall": "an obstacle",
+    }
     order = sorted(near, key=lambda role: (-near[role], role))
     if not order:
         return "No map has a peak."

@@ -107,9 +107,9 @@ class Course:
 
         def is_free(x: float, y: float) -> bool:
             inside = (
-                ROBOT_RADIUS < x + cell / 2
+                x + cell / 2 > ROBOT_RADIUS
                 and x - cell / 2 < self.width - ROBOT_RADIUS
-                and ROBOT_RADIUS < y + cell / 2
+                and y + cell / 2 > ROBOT_RADIUS
                 and y - cell / 2 < self.height - ROBOT_RADIUS
             )
             return inside and all(

@@ -140,7 +140,7 @@ def _robot(course: Course, robot: int) -> str:
         f'<freejoint name="robot{robot}"/>'
         f'<geom type="box" pos="0 0 0.03" size="0.06 0.04 0.025" mass="0.8" rgba="{colour} 1"/>'
         f'<geom class="caster" pos="0.045 0 -0.0200"/><geom class="caster" pos="-0.045 0 -0.0200"/>'
-        f'<camera name="robot{robot}_front" pos="0.058 0 0.06" fovy="90"'
+        f'<camera name="robot{robot}_front" pos="0.045 0 0.08" fovy="90"'
         f' xyaxes="0 -1 0 {up_x!r} 0 {up_z!r}"/>'
         f"{wheels}</body>"
     )

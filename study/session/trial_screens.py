@@ -49,7 +49,9 @@ def heading(plan: TrialPlan, context: Context) -> str:
         return context.say("Practice")
     if plan.place.phase == Phase.THREE:
         return block_heading(context, plan.place.block)
-    return context.say("Part {part} of {parts}", part=int(plan.place.phase), parts=parts_of(context))
+    return context.say(
+        "Part {part} of {parts}", part=int(plan.place.phase), parts=parts_of(context)
+    )
 
 
 def unit(plan: TrialPlan, context: Context) -> str:

@@ -169,7 +169,8 @@ class LapSkill:
             return "down"
         aim_x, aim_y = self._way.ahead(tile.x, tile.y)
         course = math.atan2(aim_y - tile.y, aim_x - tile.x)
-        free = next((course + aside for aside in _FAN if self._is_free(tile, course + aside)), None)
+        ways = (course + aside for aside in _FAN)
+        free = next((way for way in ways if self._is_free(self._scene, tile, way)), None)
         if free is None:
             self._waited += 1
             if self._waited < _WAIT_TIMESTEPS:
@@ -182,13 +183,11 @@ class LapSkill:
             return "left"
         return "right" if turn < -self._tolerance else "up"
 
-    def _is_free(self, tile: Tile, direction: float) -> bool:
+    def _is_free(self, scene: Scene, tile: Tile, direction: float) -> bool:
         """Return whether a robot could go on for a while in a direction.
 
         What is near already is no hindrance to a way that leads away from it.
         """
-        scene = self._scene
-        assert scene is not None
         ahead_x, ahead_y = math.cos(direction), math.sin(direction)
         for other in self._others:
             away_x, away_y = other.x - tile.x, other.y - tile.y

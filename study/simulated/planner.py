@@ -87,7 +87,8 @@ class Plan:
     @property
     def longest(self) -> float:
         """The farthest that a robot can have to go, metres."""
-        return self.goal.longest
+        longest: float = self.goal.longest
+        return longest
 
     @property
     def period(self) -> float:

@@ -18,6 +18,7 @@ from study.simulated.laps import LapSkill, LapWay, lap_parameters
 from study.simulated.operator import SimulatedOperator
 from study.simulated.parameters import OperatorParameters, draw_parameters
 from study.tasks import jetbot
+from study.tasks.base import SnapshotTask
 
 need("mujoco")
 
@@ -31,6 +32,12 @@ def tile(x: float, y: float, heading: float, robot: int = 0) -> Tile:
     return Tile(robot, x, y, heading, 100.0, None, 1)
 
 
+def tile_of(state: np.ndarray, robot: int = 0) -> Tile:
+    """Return a robot as shown in a state of the task."""
+    x, y, heading = map(float, state[:3])
+    return tile(x, y, heading, robot)
+
+
 def idle(states: np.ndarray) -> np.ndarray:
     """Robots that stand still by themselves."""
     return np.full(len(states), IDLE, np.int32)
@@ -38,7 +45,9 @@ def idle(states: np.ndarray) -> np.ndarray:
 
 def world(robots: int, allocation: str, policy: Policy, seed: int) -> World:
     """Return a fleet run with the task jetbot, at the 8 timesteps a second of the stand-in."""
-    return World(robots, allocation, policy, seed=seed, dwell=40, task=jetbot.create(robots, {}))
+    task = jetbot.create(robots, {})
+    assert isinstance(task, SnapshotTask)
+    return World(robots, allocation, policy, seed=seed, dwell=40, task=task)
 
 
 def test_the_way_is_a_lap() -> None:
@@ -88,7 +97,7 @@ def test_it_takes_over_who_gets_nowhere() -> None:
     keys = {"up": 0, "down": 1, "left": 2, "right": 3, "": IDLE}
 
     def two_drive(states: np.ndarray) -> np.ndarray:
-        tiles = [tile(*map(float, state[:3]), robot) for robot, state in enumerate(states)]
+        tiles = [tile_of(state, robot) for robot, state in enumerate(states)]
         for robot, hand in enumerate(hands):
             hand.look(SCENE, tiles, robot)
         pressed = [keys[hand.key(each)] for hand, each in zip(hands, tiles, strict=True)]
@@ -107,7 +116,9 @@ def test_a_way_that_is_blocked_is_gone_round() -> None:
     own = tile(2.0, 0.87, math.atan2(aim_y - 0.87, aim_x - 2.0))
     skill.look(SCENE, (own,), 0)
     assert skill.key(own) == "up"
-    skill.look(SCENE, (own, tile(2.0 + 0.7 * (aim_x - 2.0), 0.87 + 0.7 * (aim_y - 0.87), 0.0, 1)), 0)
+    skill.look(
+        SCENE, (own, tile(2.0 + 0.7 * (aim_x - 2.0), 0.87 + 0.7 * (aim_y - 0.87), 0.0, 1)), 0
+    )
     assert skill.key(own) in {"left", "right"}
     around = [
         tile(2.0 + 0.3 * math.cos(angle), 0.87 + 0.3 * math.sin(angle), 0.0, robot)
@@ -129,7 +140,7 @@ def test_it_corrects_who_errs_alone() -> None:
     keys = {"up": 0, "down": 1, "left": 2, "right": 3, "": IDLE}
 
     def drives(states: np.ndarray) -> np.ndarray:
-        own = tile(*map(float, states[0, :3]))
+        own = tile_of(states[0])
         able.look(SCENE, (own,), 0)
         return np.array([keys[able.key(own)]], np.int32)
 

@@ -155,7 +155,7 @@ def test_seconds_become_timesteps() -> None:
 
 @pytest.mark.parametrize("name", ["jetbot", "jetbot_simulated"])
 def test_the_shipped_studies_have_the_papers_numbers(name: str) -> None:
-    """2000 demonstrations, 1300 choices, five trials of a minute, dwell 5 s; no survey, no phase 4."""
+    """2000 demonstrations, 1300 choices, five one-minute trials, a dwell of 5 s; nothing else."""
     protocol = load_protocol(name).protocol
     rate = protocol.timing.timesteps_per_second
     trials = [plan for plan in stage_plans(protocol, ("manual", "assisted")) if _is_trial(plan)]
@@ -280,9 +280,7 @@ def test_the_view_from_above_shows_robots_where_they_are() -> None:
     assert picture[round(120 - 0.5 / 4 * 160), round(2.98 / 4 * 160)].tolist() == [148, 60, 50]
 
 
-@pytest.mark.parametrize(
-    ("name", "module"), [("jetbot", "zmq"), ("jetbot_simulated", "mujoco")]
-)
+@pytest.mark.parametrize(("name", "module"), [("jetbot", "zmq"), ("jetbot_simulated", "mujoco")])
 def test_a_missing_extra_is_named_before_anything_runs(
     name: str, module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
