@@ -16,6 +16,7 @@ from analysis.sections import (
     by_factor,
     checks,
     effects,
+    laps,
     participants,
     policies,
     provenance,
@@ -66,9 +67,11 @@ def _context(results: StudyResults, asked: WhatIf | None) -> dict[str, Any]:
     map_rows, map_scale = scorers.figures(results)
     plan = plan_status(results.study)
     measured = attention.rows(results)
+    driven = laps.rows(results)
     sections = [
         ("summary", "Summary"),
         ("reward", "Team reward"),
+        *((("laps", "Laps"),) if driven else ()),
         ("order", "Learning and order"),
         ("robustness", "Robustness"),
         ("ratings", "Ratings"),
@@ -120,6 +123,9 @@ def _context(results: StudyResults, asked: WhatIf | None) -> dict[str, Any]:
         "accuracy_finding": scorers.accuracy_finding(results),
         "test_groups": reward.test_groups(results),
         "reward_refusals": reward.refusals(results),
+        "lap_rows": driven,
+        "lap_figure": laps.figure(driven),
+        "lap_finding": laps.finding(driven),
         "order_finding": reward.order_finding(results),
         "period_finding": reward.period_finding(results),
         "order_caption": reward.order_caption(results),
@@ -152,6 +158,8 @@ def _context(results: StudyResults, asked: WhatIf | None) -> dict[str, Any]:
         ),
         "map_rows": map_rows,
         "map_scale": map_scale,
+        "map_health": scorers.has_health(results),
+        "map_gates": any(session.task.scene.gates for session in results.study.sessions),
         "map_low_health": scorers.shows_low_health(results),
         "peak_finding": scorers.peak_finding(results),
         "scorer_quality": scorers.quality(results),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -238,3 +239,10 @@ def _check_gates(protocol: Protocol, problems: list[str]) -> None:
                 "choices, so that nothing can be measured; put the gate at a scorer that does, "
                 'such as "luce"'
             )
+
+
+def missing_extra(task: str, parameters: Mapping[str, object]) -> str:
+    """Return what is to be installed before a task can run here, in words; empty if nothing."""
+    module = load_member("study.tasks", "task", task)
+    missing = getattr(module, "missing_extra", None)
+    return str(missing(parameters)) if missing is not None else ""

@@ -88,6 +88,9 @@ class PhaseOnePart(Part):
     """One robot, corrected by the participant."""
 
     episodes: int = Field(ge=1, le=1000, description="episodes")
+    episode_timesteps: int = Field(
+        default=0, ge=0, le=100_000, description="an episode is over then; 0: when the task's is"
+    )
     initial_policy: Literal["uniform_random"] = Field(
         default="uniform_random", description="policy of the first episode"
     )

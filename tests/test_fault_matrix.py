@@ -21,7 +21,9 @@ ASKED = (
     "questionnaire without items", "recordings of other programs", "newer versions",
     "mixed studies", "HTML", "formulas", "emoji", "right to left", "10,000 characters", "NaN",
     "one-class", "over its budget", "clock that jumps", "CPU hog", "1 kHz",
-    "paused by the experimenter", "console killed",
+    "paused by the experimenter", "console killed", "cable severed", "link delayed",
+    "dropped and reordered", "twin killed", "frozen or dead camera", "lost pose", "flat battery",
+    "wrong key", "emergency stop", "hears nothing",
 )  # fmt: skip
 """Every fault and bad input that a lab may count on having an outcome."""
 

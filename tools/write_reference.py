@@ -107,6 +107,7 @@ def assumptions_reference() -> str:
         for title, name in (
             ("The study", "scaled_autonomy.toml"),
             ("The simulation experiments", "simulation.toml"),
+            ("The demonstration with JetBots", "jetbot.toml"),
         )
     )
 

@@ -53,11 +53,14 @@ def heat_map_row(name: str, scores: ScoreMap, scene: Scene, grid: MapGrid, limit
         limit: value at which the colours end.
     """
     aspect = scene.height / scene.width
-    columns = max(len(grid.headings), len(grid.healths), 1)
+    # One level says that the task has no health.
+    healths = grid.healths if len(grid.healths) > 1 else ()
+    columns = max(len(grid.headings), len(healths), 1)
     left = LARGE_WIDTH + GAP
     small = (WIDTH - left - SMALL_GAP * (columns - 1)) / columns
     small_height = small * aspect
-    height = max(LARGE_WIDTH * aspect, 2 * (small_height + 22) - 4) + 4
+    rows = 2 if healths else 1
+    height = max(LARGE_WIDTH * aspect, rows * (small_height + 22) - 4) + 4
     title = f"Scorer of {scores.participant} over the map; {_peaks_in_words(scores.peaks)}"
     drawing = Drawing(name, WIDTH, height, title)
     painter = _Painter(drawing, scene, grid, limit)
@@ -67,7 +70,7 @@ def heat_map_row(name: str, scores: ScoreMap, scene: Scene, grid: MapGrid, limit
         drawing.text((x, 11), heading_label(heading), "f-quiet", size=11.5)
         painter.map(f"heading{place}", scores.by_heading[place], (x, 17), small, ())
     top = small_height + 17 + 8
-    for place, health in enumerate(grid.healths):
+    for place, health in enumerate(healths):
         x = left + place * (small + SMALL_GAP)
         low = health < LOW_HEALTH
         named = f"health {health:g}, low" if low else f"health {health:g}"
@@ -156,6 +159,9 @@ class _Painter:
             spot = at(mark.x, mark.y + mark.height)
             if mark.role == "wall":
                 drawing.rect(spot, max(mark.width * unit, 1), max(mark.height * unit, 1), "f-ink")
+        for disc in scene.discs:
+            if disc.role == "wall":
+                drawing.circle(at(disc.x, disc.y), disc.radius * unit, "f-ink")
         if large:
             self._glyphs(at, unit)
         places = [at(peak.x, peak.y) for peak in peaks]
@@ -179,6 +185,10 @@ class _Painter:
                 found.append(Box(x - 2, y - 2, x + wide + 2, y + high + 2))
         for disc in self._scene.discs:
             x, y = at(disc.x, disc.y)
+            if disc.role == "wall":
+                reach = disc.radius * unit + 2
+                found.append(Box(x - reach, y - reach, x + reach, y + reach))
+                continue
             half = max(disc.radius * unit, 9) if disc.role == "goal" else 9
             found.append(Box(x - half, y - half, x + half, y + half))
         return found
@@ -196,6 +206,10 @@ class _Painter:
 
     def _glyphs(self, at: Place, unit: float) -> None:
         drawing = self._drawing
+        if self._scene.gates:
+            finish = self._scene.gates[-1]
+            inner, outer = at(finish.inner_x, finish.inner_y), at(finish.outer_x, finish.outer_y)
+            drawing.line(inner, outer, "s-ink thin-dash")
         for disc in self._scene.discs:
             x, y = at(disc.x, disc.y)
             if disc.role == "health_pack":

@@ -92,7 +92,12 @@ def peak_finding(results: StudyResults) -> str:
                     discs, key=lambda d: ((d.x - peak.x) ** 2 + (d.y - peak.y) ** 2, d.role)
                 )
                 near[nearest.role] = near.get(nearest.role, 0) + 1
-    names = {"goal": "the goal", "health_pack": "a health pack", "start": "the start"}
+    names = {
+        "goal": "the goal",
+        "health_pack": "a health pack",
+        "start": "the start",
+        "wall": "an obstacle",
+    }
     order = sorted(near, key=lambda role: (-near[role], role))
     if not order:
         return "No map has a peak."
@@ -107,10 +112,17 @@ def peak_finding(results: StudyResults) -> str:
     )
 
 
+def has_health(results: StudyResults) -> bool:
+    """Whether maps are drawn at several levels of health."""
+    grids = [session.task.map_grid for session in results.study.sessions]
+    return any(len(grid.healths) > 1 for grid in grids if grid)
+
+
 def shows_low_health(results: StudyResults) -> bool:
     """Whether a map is drawn at a health that participants see a cue for."""
     grids = [session.task.map_grid for session in results.study.sessions]
-    return any(health < LOW_HEALTH for grid in grids if grid for health in grid.healths)
+    levels = [grid.healths for grid in grids if grid and len(grid.healths) > 1]
+    return any(health < LOW_HEALTH for each in levels for health in each)
 
 
 def accuracies(results: StudyResults) -> list[Accuracy]:

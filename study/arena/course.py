@@ -7,8 +7,10 @@ metres, x to the right, y upwards, origin at bottom left, headings in radians co
 from __future__ import annotations
 
 import dataclasses
+import math
 
-from study.events.scene import DiscMark, RectangleMark, Scene
+from study.events.scene import DiscMark, GateMark, RectangleMark, Scene
+from study.events.task_description import MapGrid
 
 ROBOT_RADIUS = 0.10
 """Of the disc that holds a JetBot's chassis and wheels, metres."""
@@ -69,24 +71,14 @@ class Course:
     start: StartRegion
 
     def scene(self) -> Scene:
-        """Return the map as drawing primitives; a bucket is drawn as the square around it."""
-        rectangles = [RectangleMark("room", 0.0, 0.0, self.width, self.height)]
-        rectangles += [
-            RectangleMark(
-                "wall",
-                bucket.x - bucket.radius,
-                bucket.y - bucket.radius,
-                2 * bucket.radius,
-                2 * bucket.radius,
-            )
-            for bucket in self.buckets
-        ]
+        """Return the map as drawing primitives."""
         start = self.start
         return Scene(
             width=self.width,
             height=self.height,
-            rectangles=tuple(rectangles),
+            rectangles=(RectangleMark("room", 0.0, 0.0, self.width, self.height),),
             discs=(
+                *(DiscMark("wall", each.x, each.y, each.radius) for each in self.buckets),
                 DiscMark(
                     "start",
                     start.x + start.width / 2,
@@ -96,6 +88,41 @@ class Course:
             ),
             plate=None,
             robot_radius=ROBOT_RADIUS,
+            gates=tuple(
+                GateMark(gate.inner_x, gate.inner_y, gate.outer_x, gate.outer_y)
+                for gate in self.gates
+            ),
+        )
+
+    def map_grid(self, cell: float, headings: tuple[float, ...]) -> MapGrid:
+        """Return where a scorer is evaluated: the arena but for where buckets keep robots out.
+
+        Args:
+            cell: side of a cell, metres; divides width and height.
+            headings: headings evaluated, radians.
+        """
+        columns, rows = round(self.width / cell), round(self.height / cell)
+        xs = tuple((column + 0.5) * cell for column in range(columns))
+        ys = tuple((row + 0.5) * cell for row in range(rows))
+
+        def is_free(x: float, y: float) -> bool:
+            inside = (
+                x + cell / 2 > ROBOT_RADIUS
+                and x - cell / 2 < self.width - ROBOT_RADIUS
+                and y + cell / 2 > ROBOT_RADIUS
+                and y - cell / 2 < self.height - ROBOT_RADIUS
+            )
+            return inside and all(
+                math.hypot(x - bucket.x, y - bucket.y) + cell / 2 > bucket.radius + ROBOT_RADIUS
+                for bucket in self.buckets
+            )
+
+        return MapGrid(
+            xs=xs,
+            ys=ys,
+            headings=headings,
+            healths=(0.0,),
+            free=tuple("".join("01"[is_free(x, y)] for x in xs) for y in ys),
         )
 
 

@@ -46,10 +46,12 @@ def arena_mjcf(course: Course, robots: int, *, motor_lag_s: float, step_s: float
         f'<option timestep="{step_s!r}" integrator="implicitfast"/>',
         f'<visual><global offwidth="{FRAME_WIDTH}" offheight="{FRAME_HEIGHT}"/>'
         # Shadows and multisampling take most of the time of a frame drawn in software.
-        '<quality shadowsize="0" offsamples="0"/><map znear="0.01"/>'
-        '<headlight ambient="0.5 0.5 0.5" diffuse="0.3 0.3 0.3"/></visual>',
+        '<quality shadowsize="0" offsamples="0"/><map znear="0.0008"/>'
+        '<headlight ambient="0.45 0.45 0.45" diffuse="0.2 0.2 0.2" specular="0 0 0"/></visual>',
         _DEFAULTS,
-        '<worldbody><light pos="0 0 4" dir="0 0 -1" directional="true"/>',
+        _LOOKS,
+        '<worldbody><light pos="0 0 4" dir="0.3 0.2 -1" directional="true"'
+        ' diffuse="0.45 0.45 0.45" specular="0 0 0"/>',
         *_surroundings(course),
         *(_robot(course, robot) for robot in range(robots)),
         "</worldbody>",
@@ -76,6 +78,18 @@ _DEFAULTS = f"""<default>
 </default>
 </default>"""
 
+_LOOKS = """<asset>
+<texture type="skybox" builtin="gradient" rgb1="0.93 0.95 0.97" rgb2="0.72 0.79 0.87"
+ width="64" height="384"/>
+<texture name="tiles" type="2d" builtin="checker" rgb1="0.74 0.74 0.71" rgb2="0.62 0.62 0.60"
+ width="128" height="128"/>
+<material name="floor" texture="tiles" texrepeat="4 4" texuniform="true"/>
+</asset>"""
+"""A floor of tiles a quarter of a metre wide, so that motion is seen, and a sky."""
+
+_WALL_COLOURS = ("0.36 0.47 0.58", "0.52 0.44 0.38", "0.40 0.50 0.42", "0.47 0.42 0.54")
+"""One a side, so that a picture tells where a robot faces."""
+
 
 def _surroundings(course: Course) -> list[str]:
     width, height, half = course.width, course.height, _WALL_THICKNESS / 2
@@ -88,11 +102,11 @@ def _surroundings(course: Course) -> list[str]:
     ]
     lines = [
         f'<geom name="floor" type="plane" pos="{width / 2} {height / 2} 0"'
-        f' size="{width} {height} 0.1" rgba="0.80 0.80 0.78 1"/>'
+        f' size="{width} {height} 0.1" material="floor"/>'
     ]
     lines += [
         f'<geom name="wall{number}" type="box" pos="{x} {y} {tall}"'
-        f' size="{half_x} {half_y} {tall}" rgba="0.45 0.47 0.50 1"/>'
+        f' size="{half_x} {half_y} {tall}" rgba="{_WALL_COLOURS[number]} 1"/>'
         for number, (x, y, half_x, half_y) in enumerate(walls)
     ]
     lines += [
@@ -102,10 +116,12 @@ def _surroundings(course: Course) -> list[str]:
         for number, bucket in enumerate(course.buckets)
     ]
     finish = course.gates[-1]
-    ends = f"{finish.inner_x} {finish.inner_y} 0.001 {finish.outer_x} {finish.outer_y} 0.001"
+    across, along = finish.outer_x - finish.inner_x, finish.outer_y - finish.inner_y
     lines.append(
-        f'<geom name="finish" type="capsule" fromto="{ends}" size="0.004"'
-        ' contype="0" conaffinity="0" rgba="0.85 0.15 0.15 1"/>'
+        '<geom name="finish" type="box" contype="0" conaffinity="0" rgba="0.80 0.12 0.12 1"'
+        f' pos="{finish.inner_x + across / 2} {finish.inner_y + along / 2} 0.001"'
+        f' size="{math.hypot(across, along) / 2} 0.04 0.001"'
+        f' euler="0 0 {math.degrees(math.atan2(along, across))}"/>'
     )
     return lines
 
@@ -124,7 +140,7 @@ def _robot(course: Course, robot: int) -> str:
         f'<freejoint name="robot{robot}"/>'
         f'<geom type="box" pos="0 0 0.03" size="0.06 0.04 0.025" mass="0.8" rgba="{colour} 1"/>'
         f'<geom class="caster" pos="0.045 0 -0.0200"/><geom class="caster" pos="-0.045 0 -0.0200"/>'
-        f'<camera name="robot{robot}_front" pos="0.062 0 0.06" fovy="90"'
+        f'<camera name="robot{robot}_front" pos="0.045 0 0.08" fovy="90"'
         f' xyaxes="0 -1 0 {up_x!r} 0 {up_z!r}"/>'
         f"{wheels}</body>"
     )

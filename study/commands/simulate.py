@@ -65,7 +65,7 @@ def simulate_with_progress(
 
     checked_jobs(jobs)
     loaded = load_protocol(protocol)
-    check_installed(loaded.protocol.task.name)
+    check_installed(loaded.protocol.task.name, loaded.protocol.task.parameters)
     if warning := lock_warning(loaded):
         errors.print(f"[yellow]{escape(warning)}[/]")
     count = participants or loaded.protocol.study.planned_participants

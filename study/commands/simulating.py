@@ -24,7 +24,7 @@ from study.seeding import stream_seed
 from study.session.session import Session
 from study.shell.conductor import Conductor
 from study.shell.fitting import InlineFitter
-from study.shell.fleet import open_fleet
+from study.shell.fleet import check_live, open_fleet
 from study.shell.virtual_loop import VirtualClock, run_virtual
 from study.simulated.operator import SimulatedOperator
 from study.simulated.parameters import Driver, draw_parameters
@@ -158,6 +158,8 @@ def simulate_study(
         stated: parameters that all of them have; the others are drawn.
     """
     loaded = load_protocol(protocol)
+    # Before a recording begins that could hold nothing.
+    check_live(loaded.protocol.task.name, loaded.protocol.task.parameters)
     tasks = (
         delayed(simulate_session)(protocol, assignment, seed, folder, driver=driver, stated=stated)
         for assignment in simulated_assignments(loaded, participants, seed, driver, stated)

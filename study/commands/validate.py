@@ -10,10 +10,8 @@ from rich.table import Table
 
 from study.commands.terminal import console
 from study.durations import dwell_seconds, expected_minutes
-from study.errors import StudyError
 from study.experiment.protocol import is_experiment, load_experiment
-from study.loading import find_protocol, load_protocol, read_text
-from study.shell.fleet import check_installed
+from study.loading import find_protocol, load_protocol, missing_extra, read_text
 
 
 def validate(
@@ -28,6 +26,8 @@ def validate(
         return
     loaded = load_protocol(protocol)
     console.print(f"[green]Valid:[/] {escape(str(loaded.path))} (sha256 {loaded.sha256[:12]})")
+    if missing := missing_extra(loaded.protocol.task.name, loaded.protocol.task.parameters):
+        console.print(f"[yellow]To run it:[/] {escape(missing)}")
     for condition, seconds in dwell_seconds(loaded.protocol):
         console.print(
             f"Condition {condition.name}: dwell {condition.dwell} timesteps = {seconds:.2f} s"
@@ -40,11 +40,6 @@ def validate(
     table.add_row("Together", f"{total:.1f}", style="bold")
     console.print(table)
     console.print(f"Assumptions marked: {len(loaded.protocol.assumptions)}")
-    try:
-        check_installed(loaded.protocol.task.name)
-    except StudyError as error:
-        # The protocol is as valid here as it is on the computer that it is for.
-        console.print(f"[yellow]It cannot run here:[/] {escape(str(error))}")
 
 
 def _validate_experiment(given: str) -> None:

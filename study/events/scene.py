@@ -21,12 +21,25 @@ class RectangleMark:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class DiscMark:
-    """A disc: a goal, a health pack, the middle of the start region."""
+    """A disc: a goal, a health pack, the middle of the start region; a wall is a round obstacle."""
 
     role: Role
     x: float
     y: float
     radius: float
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class GateMark:
+    """A line across a course that is driven round and round, from its inner to its outer end.
+
+    It is passed forwards with the inner end on the left.
+    """
+
+    inner_x: float
+    inner_y: float
+    outer_x: float
+    outer_y: float
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -44,6 +57,8 @@ class Scene:
         camera: whether tiles show pictures that the task takes of its robots. The map then gives
             their shape. It may be empty; one that is not is shown where a picture is missing.
         inset: whether the map is drawn small in a corner of each picture.
+        gates: to be passed in this order, lap after lap; the last is the finish line. Empty where
+            there are no laps.
     """
 
     width: float
@@ -54,6 +69,7 @@ class Scene:
     robot_radius: float
     camera: bool = False
     inset: bool = False
+    gates: tuple[GateMark, ...] = ()
 
     @property
     def pictures_only(self) -> bool:

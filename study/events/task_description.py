@@ -7,7 +7,7 @@ import json
 from typing import Any
 
 from study.errors import RecordingError
-from study.events.scene import DiscMark, RectangleMark, Scene
+from study.events.scene import DiscMark, GateMark, RectangleMark, Scene
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ class MapGrid:
         xs: centres of the columns, metres.
         ys: centres of the rows, metres, upwards.
         headings: headings evaluated, radians.
-        healths: health levels evaluated, points.
+        healths: health levels evaluated, points; a single one where the task has no health.
         free: for each row a string of "1" (a robot can be there) and "0".
     """
 
@@ -117,6 +117,7 @@ class TaskDescription:
             (raw, "instruction", ""),
             (raw["scene"], "camera", False),
             (raw["scene"], "inset", False),
+            (raw["scene"], "gates", ()),
             *((field, "bounded", True) for field in raw["state_fields"]),
         ]:
             if part[name] == usual:
@@ -150,6 +151,7 @@ class TaskDescription:
                         robot_radius=scene["robot_radius"],
                         camera=bool(scene.get("camera", False)),
                         inset=bool(scene.get("inset", False)),
+                        gates=tuple(GateMark(**item) for item in scene.get("gates", ())),
                     ),
                     "map_grid": None
                     if grid is None

@@ -1,6 +1,6 @@
-"""The pages' sentences where tiles show pictures of a task that we know little of.
+"""The pages' sentences where the task says itself what is to be done, or shows pictures.
 
-What is to be done is said by the task, in one sentence. Nothing here speaks of maps, goals,
+The task says it in one sentence. Nothing here speaks of maps, goals,
 health or arrows.
 """
 
@@ -9,6 +9,13 @@ from __future__ import annotations
 from study.session.actions import DIRECTIONS
 from study.session.condition_texts import key_word
 from study.session.context import Context
+
+
+def are_told(context: Context) -> bool:
+    """Whether pages leave it to the task to say what is to be done: it has no goal on a map."""
+    scene, instruction = context.description.scene, context.description.instruction
+    aimed = any(disc.role == "goal" for disc in scene.discs)
+    return scene.pictures_only or (bool(instruction) and not aimed)
 
 
 def keys_text(context: Context) -> str:

@@ -11,8 +11,10 @@ from study.session.context import Context
 from study.session.fit_gate import condition_as_run
 from study.session.plan import PagesPlan
 
-PARTS = 4
-"""Phases of a study."""
+
+def parts_of(context: Context) -> int:
+    """Return how many parts a session has, as participants count: the phases of the protocol."""
+    return 3 if context.protocol.phase_four is None else 4
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -64,6 +66,13 @@ def _welcome(context: Context) -> tuple[Page, ...]:
                     "there you have nothing to do.",
                     few=protocol.phase_two.robots,
                     many=most,
+                )
+                if protocol.phase_four
+                else say(
+                    "There are three parts. First you teach one robot. Then you look after "
+                    "{few} robots at once, and then after {many}.",
+                    few=protocol.phase_two.robots,
+                    many=most,
                 ),
                 say(
                     "There are no trick questions and no wrong answers. It is the robots that are "
@@ -82,20 +91,17 @@ def _welcome(context: Context) -> tuple[Page, ...]:
 
 def _how_it_works(context: Context) -> Page:
     say = context.say
-    bare = context.description.scene.pictures_only
+    told = camera_texts.are_told(context)
     instruction = context.description.instruction
+    own = (say(instruction),) if instruction else ()
     return Page(
         header=say("How it works"),
-        title=say("What is to be done") if bare else say("Bring the robots to their goal"),
+        title=say("What is to be done") if told else say("Bring the robots to their goal"),
         subtitle=say(
             "You drive one robot at a time. The others drive themselves, not always well."
         ),
-        paragraphs=camera_texts.how_it_works(context)
-        if bare
-        else (say(instruction),)
-        if instruction
-        else (),
-        figure="" if bare else "map",
+        paragraphs=camera_texts.how_it_works(context) if told else own,
+        figure="" if told else "map",
         action=say("to go on"),
     )
 
@@ -113,7 +119,7 @@ def _practice(context: Context) -> tuple[Page, ...]:
                 round(seconds),
             ),
             paragraphs=camera_texts.practice(context)
-            if context.description.scene.pictures_only
+            if camera_texts.are_told(context)
             else (
                 say(context.description.instruction)
                 if context.description.instruction
@@ -132,7 +138,7 @@ def _phase_one(context: Context) -> tuple[Page, ...]:
     say = context.say
     return (
         Page(
-            header=say("Part {part} of {parts}", part=1, parts=PARTS),
+            header=say("Part {part} of {parts}", part=1, parts=parts_of(context)),
             title=say("Teach one robot"),
             subtitle=context.count(
                 "{n} episode with one robot. It learns from what you do.",
@@ -140,7 +146,7 @@ def _phase_one(context: Context) -> tuple[Page, ...]:
                 context.protocol.phase_one.episodes,
             ),
             paragraphs=camera_texts.phase_one(context)
-            if context.description.scene.pictures_only
+            if camera_texts.are_told(context)
             else (
                 say("The robot drives by itself. At first it has no idea and moves at random."),
                 say(
@@ -161,7 +167,7 @@ def _phase_two(context: Context) -> tuple[Page, ...]:
     say, robots = context.say, context.protocol.phase_two.robots
     return (
         Page(
-            header=say("Part {part} of {parts}", part=2, parts=PARTS),
+            header=say("Part {part} of {parts}", part=2, parts=parts_of(context)),
             title=say("Look after {robots} robots", robots=robots),
             subtitle=say("You choose which robot to drive, and change whenever you like."),
             paragraphs=(
@@ -169,7 +175,7 @@ def _phase_two(context: Context) -> tuple[Page, ...]:
                     "The robots drive as you taught them. Take over the one that you can help most."
                 ),
                 say("The robot you choose does nothing of its own: you drive it.")
-                if context.description.scene.pictures_only
+                if camera_texts.are_told(context)
                 else say("The robot you choose stands still unless you drive it."),
             ),
             figure="choose",
@@ -183,7 +189,7 @@ def _repeat(context: Context) -> tuple[Page, ...]:
     say, robots = context.say, context.protocol.phase_two.robots
     return (
         Page(
-            header=say("Part {part} of {parts}", part=2, parts=PARTS),
+            header=say("Part {part} of {parts}", part=2, parts=parts_of(context)),
             title=say("A few more trials"),
             subtitle=say("As before: you choose which of {robots} robots to drive.", robots=robots),
             paragraphs=(
@@ -203,7 +209,7 @@ def _correction_round(context: Context) -> tuple[Page, ...]:
     rate = context.protocol.timing.timesteps_per_second
     return (
         Page(
-            header=say("Part {part} of {parts}", part=2, parts=PARTS),
+            header=say("Part {part} of {parts}", part=2, parts=parts_of(context)),
             title=say("{robots} robots: sometimes you choose", robots=part.robots),
             subtitle=context.count(
                 "{n} trial. Two things take turns.",
@@ -235,7 +241,7 @@ def block_heading(context: Context, block: int) -> str:
     """Return which block of phase three this is, in words."""
     return context.say(
         "Part {part} of {parts}, block {block} of {blocks}",
-        part=3, parts=PARTS, block=block, blocks=len(context.order),
+        part=3, parts=parts_of(context), block=block, blocks=len(context.order),
     )  # fmt: skip
 
 
@@ -243,7 +249,7 @@ def block_finished(context: Context, block: int) -> str:
     """Return which block of phase three is over, in words."""
     return context.say(
         "Part {part} of {parts}, block {block} of {blocks}: finished",
-        part=3, parts=PARTS, block=block, blocks=len(context.order),
+        part=3, parts=parts_of(context), block=block, blocks=len(context.order),
     )  # fmt: skip
 
 

@@ -25,6 +25,9 @@ from study.session.plan import (
 )
 from study.session.rules import CURRENT, WARM_STARTS
 
+NO_LIMIT = 1_000_000
+"""Timesteps of a run that ends with its robot."""
+
 
 def stage_plans(
     protocol: Protocol, order: tuple[str, ...], rules: int = CURRENT
@@ -101,7 +104,7 @@ def _phase_one(protocol: Protocol) -> Iterator[StagePlan]:
             trial=episode,
             trials=episodes,
             robots=1,
-            timesteps=1_000_000,
+            timesteps=protocol.phase_one.episode_timesteps or NO_LIMIT,
             allocation="correction",
             view="tiles",
             dwell=0,

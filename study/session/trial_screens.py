@@ -31,7 +31,7 @@ from study.session.context import Context
 from study.session.cues import Cues
 from study.session.fleet_run import FleetRun
 from study.session.offers import OfferAllocation
-from study.session.page_texts import PARTS, block_heading
+from study.session.page_texts import block_heading, parts_of
 from study.session.plan import TrialPlan
 from study.session.robot_reports import held_message
 from study.session.switching import SwitchWatch
@@ -50,7 +50,9 @@ def heading(plan: TrialPlan, context: Context) -> str:
         return context.say("Practice")
     if plan.place.phase == Phase.THREE:
         return block_heading(context, plan.place.block)
-    return context.say("Part {part} of {parts}", part=int(plan.place.phase), parts=PARTS)
+    return context.say(
+        "Part {part} of {parts}", part=int(plan.place.phase), parts=parts_of(context)
+    )
 
 
 def unit(plan: TrialPlan, context: Context) -> str:
@@ -189,7 +191,8 @@ class TrialScreens:
     def _fleet_screen(self) -> FleetScreen:
         plan = self._plan
         rate = self._context.protocol.timing.timesteps_per_second
-        limit = self._description.horizon if plan.ends_with_robot else plan.timesteps
+        horizon, limit = self._description.horizon, plan.timesteps
+        limit = min(horizon, limit) if plan.ends_with_robot else limit
         allocation = self._allocation
         operated = allocation.operated
         states = self._run.now.states.tolist()

@@ -145,15 +145,15 @@ def open_emergency(task: str, parameters: Mapping[str, object]) -> Emergency | N
     return button
 
 
-def check_installed(task: str) -> None:
+def check_installed(task: str, parameters: Mapping[str, object]) -> None:
     """See that what the task is made of is installed; nothing of it is started.
 
     Raises:
         StudyError: it is not; the message says what to install.
     """
-    check = getattr(load_member("study.tasks", "task", task), "check_installed", None)
-    if check is not None:
-        check()
+    missing_extra = getattr(load_member("study.tasks", "task", task), "missing_extra", None)
+    if missing_extra is not None and (missing := missing_extra(parameters)):
+        raise StudyError(f"the task {task} cannot run here", missing)
 
 
 def check_live(task: str, parameters: Mapping[str, object]) -> None:
@@ -162,7 +162,7 @@ def check_live(task: str, parameters: Mapping[str, object]) -> None:
     Raises:
         StudyError: it is not; the message says what.
     """
-    check_installed(task)
+    check_installed(task, parameters)
     module = load_member("study.tasks", "task", task)
     check = getattr(module, "check_live", None)
     if check is not None:

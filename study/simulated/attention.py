@@ -9,7 +9,7 @@ import numpy as np
 from study.screens import FleetScreen, Tile
 from study.simulated.driving import effort_to_go
 from study.simulated.parameters import OperatorParameters
-from study.simulated.planner import Plan
+from study.simulated.ways import Way
 
 _HAZARD_REACH_M = 1.5
 _WARNINGS = frozenset({"damage", "stuck", "low"})
@@ -60,19 +60,21 @@ class Memory:
         self._parameters = parameters
         self.impressions: list[Impression | None] = [None] * robots
 
-    def look(self, plan: Plan, tile: Tile, now_ns: int) -> Impression:
+    def look(self, plan: Way, tile: Tile, now_ns: int) -> Impression:
         """Look at a tile: remember and appraise what it shows.
 
         Args:
-            plan: the map's plan.
+            plan: where robots are to go.
             tile: the robot as shown.
             now_ns: session time.
 
         Returns:
             The robot's impression, brought up to date.
         """
-        effort = effort_to_go(plan, tile, self._parameters)
         impression = self.impressions[tile.robot]
+        known = impression is not None and impression.episode == tile.episode
+        near = impression.effort if impression is not None and known else None
+        effort = effort_to_go(plan, tile, self._parameters, near)
         if impression is None or impression.episode != tile.episode:
             impression = Impression(tile.episode, effort, now_ns)
             self.impressions[tile.robot] = impression
@@ -94,7 +96,7 @@ class Memory:
         confidence = math.exp(-age_s / self._parameters.memory_span_s)
         return unknown + confidence * (impression.need - unknown)
 
-    def _need(self, plan: Plan, tile: Tile, impression: Impression, now_ns: int) -> float:
+    def _need(self, plan: Way, tile: Tile, impression: Impression, now_ns: int) -> float:
         """Appraise a robot from what has been seen of it."""
         kind = tile.cue.kind if tile.cue is not None else ""
         if kind in {"goal", "lost"}:
@@ -109,7 +111,7 @@ class Memory:
             danger = 0.0
         idle_s = (now_ns - impression.progress_ns) * 1e-9
         stuck = 1.0 if kind == "stuck" else min(1.0, idle_s / parameters.stuck_patience_s)
-        far = min(1.0, impression.effort / plan.goal.longest) if plan.goal.longest > 0.0 else 0.0
+        far = min(1.0, impression.effort / plan.longest) if plan.longest > 0.0 else 0.0
         return (
             parameters.weight_hazard * danger * (0.5 + 0.5 * worn)
             + parameters.weight_stuck * stuck

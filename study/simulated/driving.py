@@ -8,7 +8,8 @@ import numpy as np
 
 from study.screens import Tile
 from study.simulated.parameters import OperatorParameters
-from study.simulated.planner import Plan
+from study.simulated.planner import Plan, difference
+from study.simulated.ways import Way
 
 _STALLED_TIMESTEPS = 4
 _REVERSING_TIMESTEPS = 3
@@ -17,19 +18,27 @@ _PACK_GAIN = 25.0
 _PACK_FULL = 95.0
 
 
-def effort_to_go(plan: Plan, tile: Tile, parameters: OperatorParameters) -> float:
+def effort_to_go(
+    way: Way, tile: Tile, parameters: OperatorParameters, near: float | None = None
+) -> float:
     """Return how far a robot is from its goal, metres, turning included.
 
     A turn step costs the time of a forward step, so it counts as that many metres. The
     value falls by about one forward step a timestep while a robot is on track.
+
+    Args:
+        way: where it is to go.
+        tile: the robot as shown.
+        parameters: the steps that one has learned.
+        near: the effort seen before. Where the way goes round and round, effort goes on
+            falling from lap to lap: of all the values that mean the same, the nearest is it.
     """
-    cell = plan.cell(tile.x, tile.y)
-    route = plan.goal
-    away_x, away_y = route.aim_x[cell] - tile.x, route.aim_y[cell] - tile.y
-    if route.cost[cell] <= 0.0:
-        return 0.0
-    turns = abs(_difference(math.atan2(away_y, away_x), tile.heading)) * 180.0 / math.pi
-    return route.cost[cell] + turns / parameters.turn_step_deg * parameters.forward_step_m
+    left, turn = way.to_go(tile.x, tile.y, tile.heading)
+    turns = turn * 180.0 / math.pi
+    effort = left + turns / parameters.turn_step_deg * parameters.forward_step_m
+    if near is not None and way.period > 0.0:
+        return near + math.remainder(effort - near, way.period)
+    return effort
 
 
 class Driver:
@@ -84,7 +93,7 @@ class Driver:
             if not at_pack:
                 route = plan.packs
         aim = math.atan2(route.aim_y[cell] - tile.y, route.aim_x[cell] - tile.x)
-        turn = _difference(aim, tile.heading)
+        turn = difference(aim, tile.heading)
         if abs(turn) > self._back_out and self._near_hazard(plan, tile):
             return "down"
         if turn > self._tolerance:
@@ -151,16 +160,16 @@ class CorrectionMonitor:
         self._evidence = 0.0
         self._effort: float | None = None
 
-    def update(self, plan: Plan, tile: Tile, now_ns: int) -> bool:
+    def update(self, plan: Way, tile: Tile, now_ns: int) -> bool:
         """Take in the next state and return whether the operator drives.
 
         Args:
-            plan: the map's plan.
+            plan: where robots are to go.
             tile: the robot as shown.
             now_ns: session time.
         """
         parameters = self._parameters
-        effort = effort_to_go(plan, tile, parameters)
+        effort = effort_to_go(plan, tile, parameters, self._effort)
         before = effort if self._effort is None else self._effort
         self._effort = effort
         progress = (before - effort) / parameters.forward_step_m
@@ -179,8 +188,3 @@ class CorrectionMonitor:
         ):
             self.in_control = False
         return self.in_control
-
-
-def _difference(aim: float, heading: float) -> float:
-    """Return the turn from ``heading`` to ``aim``, radians in [-pi, pi), left positive."""
-    return (aim - heading + math.pi) % (2.0 * math.pi) - math.pi

@@ -6,16 +6,13 @@ import math
 
 import numpy as np
 
-from study.events.scene import Scene
 from study.screens import FleetScreen, Tile
 from study.simulated.attention import Glances, Memory
-from study.simulated.driver_choice import driver_for
 from study.simulated.driving import CorrectionMonitor
 from study.simulated.keys import DrivingHand, KeyStroke, number_keys, tap
 from study.simulated.parameters import OperatorParameters
-from study.simulated.planner import Plan, plan_for
 from study.simulated.ratings import Experience
-from study.simulated.trained_user import TrainedUser
+from study.simulated.ways import Skill, Way
 
 _UNMET_NEED = 0.4
 _PATIENCE_NS = 600_000_000
@@ -23,6 +20,11 @@ _PATIENCE_NS = 600_000_000
 
 class FleetOperator:
     """Drives the operated robot, and chooses another where the choice is its own.
+
+    Args:
+        parameters: what makes it differ from others.
+        random: its stream.
+        skill: how it reads the map and drives.
 
     Attributes:
         noticed: robots looked at in the latest call of `act`, the operated one included.
@@ -32,17 +34,15 @@ class FleetOperator:
         self,
         parameters: OperatorParameters,
         random: np.random.Generator,
-        user: TrainedUser | None = None,
+        skill: Skill,
     ) -> None:
         self._parameters = parameters
         self._random = random
         self._hand = DrivingHand()
-        self._driver = driver_for(parameters, random, user)
+        self._skill = skill
         self._monitor = CorrectionMonitor(parameters)
         self._glances = Glances(parameters, random)
         self._memory = Memory(parameters, 0)
-        self._scene: Scene | None = None
-        self._plan: Plan | None = None
         self._seen: tuple[int, int, int] | None = None
         self._run: tuple[str, int, int] | None = None
         self._timestep = -1
@@ -83,7 +83,7 @@ class FleetOperator:
         self._timestep, self._acted_ns = screen.timestep, now_ns
         if screen.allocation == "none":
             return self._hand.hold("")
-        plan = self._plan_of(screen.scene)
+        plan = self._skill.read(screen)
         own = _tile_of(screen)
         strokes = self._notice_switch(plan, own, screen, now_ns)
         if own is not None:
@@ -97,17 +97,7 @@ class FleetOperator:
             return strokes + self._hand.hold("")
         if screen.allocation == "correction" and not self._monitor.update(plan, own, now_ns):
             return strokes + self._hand.hold("")
-        return strokes + self._hand.hold(self._driver.key(plan, own))
-
-    def _plan_of(self, scene: Scene) -> Plan:
-        """Return the plan of the map shown; looking it up by value costs too much a timestep."""
-        if self._plan is None or scene is not self._scene:
-            parameters = self._parameters
-            self._scene = scene
-            self._plan = plan_for(
-                scene, parameters.hazard_cost, parameters.clearance_m, parameters.look_ahead_m
-            )
-        return self._plan
+        return strokes + self._hand.hold(self._skill.key(own))
 
     def _begin_run(self, robots: int, now_ns: int) -> None:
         self._memory = Memory(self._parameters, robots)
@@ -122,7 +112,7 @@ class FleetOperator:
         self._effort_at_switch = 0.0
 
     def _notice_switch(
-        self, plan: Plan, own: Tile | None, screen: FleetScreen, now_ns: int
+        self, plan: Way, own: Tile | None, screen: FleetScreen, now_ns: int
     ) -> tuple[KeyStroke, ...]:
         """Let go and find one's way in when another robot, or a new episode, is operated."""
         episode = own.episode if own is not None else -1
@@ -130,7 +120,7 @@ class FleetOperator:
         if operated == self._operated:
             return ()
         self._operated = operated
-        self._driver.begin()
+        self._skill.begin()
         self._monitor.begin(now_ns)
         if own is None:
             return self._hand.hold("")
@@ -144,7 +134,7 @@ class FleetOperator:
         return self._hand.hold("")
 
     def _choose(
-        self, plan: Plan, screen: FleetScreen, experience: Experience, now_ns: int
+        self, plan: Way, screen: FleetScreen, experience: Experience, now_ns: int
     ) -> tuple[KeyStroke, ...]:
         """Look around, decide, and press a number when the hand has found it."""
         if self._target >= 0:

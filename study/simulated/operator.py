@@ -18,8 +18,10 @@ from study.screens import (
 )
 from study.seeding import generator
 from study.simulated.blind_operator import BlindOperator
+from study.simulated.driver_choice import MapSkill
 from study.simulated.fleet_operator import FleetOperator
 from study.simulated.keys import KeyStroke, tap
+from study.simulated.laps import LapSkill, lap_parameters
 from study.simulated.parameters import OperatorParameters
 from study.simulated.ratings import Experience, Rater
 from study.simulated.trained_user import TrainedUser
@@ -65,9 +67,11 @@ class SimulatedOperator:
         self.parameters = parameters
         random = generator(seed, "simulated_operator")
         self._experience = Experience()
-        self._reader = FleetOperator(parameters, random, user)
-        # A stream of its own, so that nothing changes for who never sees a picture.
+        self._reader = FleetOperator(parameters, random, MapSkill(parameters, random, user))
+        # Streams of their own, so that nothing changes for who never sees pictures or laps.
         self._blind = BlindOperator(generator(seed, "blind_operator"))
+        on_laps, chance = lap_parameters(parameters), generator(seed, "lap_operator")
+        self._laps = FleetOperator(on_laps, chance, LapSkill(on_laps, chance))
         self._fleet: FleetOperator | BlindOperator = self._reader
         self._rater = Rater(parameters, random)
         self._heading = ""
@@ -87,7 +91,10 @@ class SimulatedOperator:
                 self._heading = screen.heading
                 self._experience = Experience()
             self._place = ()
-            self._fleet = self._blind if screen.scene.pictures_only else self._reader
+            if screen.scene.gates:
+                self._fleet = self._laps
+            else:
+                self._fleet = self._blind if screen.scene.pictures_only else self._reader
             return self._fleet.act(screen, self._experience, now_ns)
         released = self._fleet.leave()
         return released + self._read(screen, now_ns)

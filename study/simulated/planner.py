@@ -84,6 +84,26 @@ class Plan:
         self.goal = self._route(graph, free, goals or [middle], look_ahead)
         self.packs = self._route(graph, free, packs, look_ahead) if packs else None
 
+    @property
+    def longest(self) -> float:
+        """The farthest that a robot can have to go, metres."""
+        longest: float = self.goal.longest
+        return longest
+
+    @property
+    def period(self) -> float:
+        """0: the way leads to a goal."""
+        return 0.0
+
+    def to_go(self, x: float, y: float, heading: float) -> tuple[float, float]:
+        """Return the way left from (x, y), metres, and the turn to face it, radians, no sign."""
+        cell = self.cell(x, y)
+        route = self.goal
+        if route.cost[cell] <= 0.0:
+            return 0.0, 0.0
+        aim = math.atan2(route.aim_y[cell] - y, route.aim_x[cell] - x)
+        return route.cost[cell], abs(difference(aim, heading))
+
     def cell(self, x: float, y: float) -> int:
         """Return the number of the cell that holds (x, y) metres; the nearest if outside."""
         column = min(max(int(x / CELL_M), 0), self.columns - 1)
@@ -189,6 +209,11 @@ class Plan:
         )
         source = (beside[0] * self.columns + beside[1]).ravel()
         return Route(cost[source], aim_x[source], aim_y[source])
+
+
+def difference(aim: float, heading: float) -> float:
+    """Return the turn from ``heading`` to ``aim``, radians in [-pi, pi), left positive."""
+    return (aim - heading + math.pi) % (2.0 * math.pi) - math.pi
 
 
 @functools.lru_cache(maxsize=8)

@@ -38,9 +38,9 @@ __all__ = [
     "OUT_OF_PROCESS",
     "DoomTask",
     "Parameters",
-    "check_installed",
     "create",
     "describe",
+    "missing_extra",
 ]
 
 OUT_OF_PROCESS = True
@@ -79,26 +79,22 @@ def create(robots: int, parameters: Mapping[str, object] | Parameters) -> DoomTa
         pydantic.ValidationError: a parameter is unknown or has no allowed value.
         StudyError: the engine is not installed, or does not run on this system.
     """
-    check_installed()
+    if missing := missing_extra():
+        raise StudyError("the task doom cannot run here", missing)
     return DoomTask(robots, Parameters.model_validate(parameters))
 
 
-def check_installed() -> None:
-    """See that the engine is there.
-
-    Raises:
-        StudyError: it is not installed, or does not run on this system.
-    """
+def missing_extra(parameters: Mapping[str, object] | Parameters | None = None) -> str:  # noqa: ARG001
+    """Return what keeps the engine from running here, and what to do; empty if nothing does."""
     if sys.platform != "linux":
-        raise StudyError(
-            "the task doom runs on Linux only", "Use the task navigation, which is the same map."
-        )
+        return "It runs on Linux only. Use the task navigation, which is the same map."
     if importlib.util.find_spec("vizdoom") is None:
-        raise StudyError(
-            "the task doom needs the package vizdoom, which is not installed",
-            "Install it: `pip install 'scaled-autonomy[doom]'`. The licence of its engine "
-            "(ViZDoom, ZDoom) forbids commercial use.",
+        return (
+            "The package vizdoom is not installed here; in a clone `make doom` installs it, "
+            "elsewhere pip install 'scaled-autonomy[doom]'. The licence of its engine (ViZDoom, "
+            "ZDoom) forbids commercial use."
         )
+    return ""
 
 
 def spread_states(

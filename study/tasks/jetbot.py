@@ -13,7 +13,6 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +24,7 @@ from study.arena.laps import Progress, advance
 from study.arena.physics import STEP_S, ArenaPhysics, wheel_speeds
 from study.events.codes import Outcome
 from study.events.task_description import RewardTerm, StateField, TaskDescription
+from study.tasks._jetbot_needs import check_live, missing_extra, open_emergency
 from study.tasks._jetbot_parameters import (
     ACTIONS,
     BACKWARD,
@@ -37,7 +37,6 @@ from study.tasks._jetbot_parameters import (
 from study.tasks.base import FleetStep, Floats, Ints, Mask, Seeds
 
 if TYPE_CHECKING:
-    from study.robots.emergency import EmergencyButton
     from study.tasks._jetbot_linked import LinkedJetbotTask
 
 __all__ = [
@@ -47,6 +46,7 @@ __all__ = [
     "check_live",
     "create",
     "describe",
+    "missing_extra",
     "open_emergency",
 ]
 
@@ -59,6 +59,7 @@ NOISE_LIMIT = 3.0
 _START_TRIES = 200
 _START_GAP = 0.5 * ROBOT_RADIUS
 _HEADING_SPREAD = 0.3
+_GRID_CELL = 0.1
 _HALF_TURN = float(np.nextafter(np.float32(np.pi), np.float32(0)))
 
 
@@ -73,7 +74,6 @@ def describe(parameters: Mapping[str, object] | Parameters) -> TaskDescription:
     """
     settings = Parameters.model_validate(parameters)
     course = TWO_BUCKETS
-    scene = course.scene()
     return TaskDescription(
         name="jetbot",
         version=1,
@@ -92,12 +92,10 @@ def describe(parameters: Mapping[str, object] | Parameters) -> TaskDescription:
         key_actions={"up": FORWARD, "down": BACKWARD, "left": TURN_LEFT, "right": TURN_RIGHT},
         horizon=settings.horizon,
         rewards=(RewardTerm("lap", settings.lap, "each lap", "round both buckets, anticlockwise"),),
-        scene=dataclasses.replace(scene, rectangles=(), discs=(), camera=True)
-        if settings.cameras
-        else scene,
-        map_grid=None,
+        scene=dataclasses.replace(course.scene(), camera=settings.cameras),
+        map_grid=course.map_grid(_GRID_CELL, (0.0, math.pi / 2, math.pi, -math.pi / 2)),
         resimulable="no" if settings.link else "exact",
-        instruction="Drive laps round both buckets, anticlockwise." if settings.cameras else "",
+        instruction="Drive laps round both buckets, anticlockwise.",
     )
 
 
@@ -123,35 +121,6 @@ def create(
         made = linked.PicturedLinkedJetbotTask if settings.cameras else linked.LinkedJetbotTask
         return made(robots, settings, describe(settings))
     return (PicturedJetbotTask if settings.cameras else JetbotTask)(robots, settings)
-
-
-def open_emergency(parameters: Mapping[str, object] | Parameters) -> EmergencyButton | None:
-    """Return what stops the robots behind a link, whoever drives them; None without a link.
-
-    Raises:
-        StudyError: the robots' file or a key is missing or wrong.
-    """
-    settings = Parameters.model_validate(parameters)
-    if not settings.link:
-        return None
-    from study.robots.emergency import EmergencyButton  # noqa: PLC0415 - sockets
-
-    return EmergencyButton.of_file(Path(settings.link))
-
-
-def check_live(parameters: Mapping[str, object] | Parameters) -> None:
-    """See that every robot behind a link, its camera and its pose are live; then let them go.
-
-    Raises:
-        StudyError: they are not; the message says what of which robot.
-    """
-    settings = Parameters.model_validate(parameters)
-    if settings.link:
-        from study.robots.robots_file import open_fleet  # noqa: PLC0415 - threads, sockets
-
-        fleet = open_fleet(Path(settings.link))
-        fleet.connect()
-        fleet.disconnect()
 
 
 class JetbotTask:

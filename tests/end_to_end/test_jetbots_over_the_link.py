@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import os
 import threading
+from collections.abc import Callable
 from pathlib import Path
+
+import pytest
 
 from command_line import study
 from extras import need
-from protocols import ROOT, jetbots
+from protocols import ROOT, jetbots, lap_study
 from study.events.events import Deviation, SessionEnded
 from study.events.inputs import RobotReported
 from study.recording.reader import read_recording
+from tcp_proxy import Cable
 from twin_process import TwinProcess, running_twin
 
 need("mujoco", "zmq")
@@ -20,40 +24,35 @@ ENVIRONMENT = {"PYTHONPATH": f"{ROOT}:{os.environ.get('PYTHONPATH', '')}"}
 
 
 class Troubles(threading.Thread):
-    """Loses a pose, freezes a camera and stops everything, for a second each, over and over."""
+    """What goes wrong for a second each, over and over."""
 
-    def __init__(self, twin: TwinProcess) -> None:
+    def __init__(self, *faults: tuple[Callable[[], None], Callable[[], None]]) -> None:
         super().__init__()
-        self._twin = twin
+        self._faults = faults
         self.ending = threading.Event()
 
     def run(self) -> None:
         """Go on until told otherwise."""
         while not self.ending.is_set():
-            for fault in ("pose_lost 1", "camera_frozen 0"):
-                for switch in ("on", "off"):
+            for fault in self._faults:
+                for change in fault:
                     if self.ending.wait(1.0):
                         return
-                    self._twin.tell(f"{fault} {switch}")
+                    change()
 
 
-def test_a_session_survives_what_befalls_its_robots(tmp_path: Path) -> None:
-    """Poses are lost and cameras freeze throughout; the session ends whole and says so."""
-    with running_twin(tmp_path / "keys", 2) as twin:
-        protocol = jetbots(tmp_path, twin.robots_file)
-        troubles = Troubles(twin)
-        threading.Timer(6.0, troubles.start).start()
-        arguments = ("simulate", protocol, "--participants", "1", "-o", tmp_path / "out")
-        done = study(*arguments, environment=ENVIRONMENT)
-        troubles.ending.set()
-        assert done.returncode == 0, done.stderr
-    path = next((tmp_path / "out").glob("*.mcap"))
+def told(twin: TwinProcess, fault: str, cure: str) -> tuple[Callable[[], None], Callable[[], None]]:
+    """Return what makes the twin have a fault, and what ends it."""
+    return lambda: twin.tell(fault), lambda: twin.tell(cure)
+
+
+def stops_of(folder: Path) -> set[tuple[int, str]]:
+    """Check that a session ended whole, says of each stop, and replays; return the stops."""
+    path = next(folder.glob("*.mcap"))
     records = [record for _, record in read_recording(path).records()]
     ended = [record for record in records if isinstance(record, SessionEnded)]
     assert [record.complete for record in ended] == [True]
     reports = [record for record in records if isinstance(record, RobotReported)]
-    stopped = {(report.robot, report.reason) for report in reports if report.stopped}
-    assert {(1, "pose_lost"), (0, "camera_stale")} <= stopped
     deviations = [
         record
         for record in records
@@ -62,6 +61,66 @@ def test_a_session_survives_what_befalls_its_robots(tmp_path: Path) -> None:
     assert len(deviations) == sum(report.stopped for report in reports)
     replayed = study("replay", "--verify", path, environment=ENVIRONMENT)
     assert replayed.returncode == 0, replayed.stderr + replayed.stdout
+    return {(report.robot, report.reason) for report in reports if report.stopped}
+
+
+def simulated(protocol: Path, folder: Path) -> None:
+    """Simulate one participant over the link."""
+    arguments = ("simulate", protocol, "--participants", "1", "-o", folder)
+    done = study(*arguments, environment=ENVIRONMENT)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_session_survives_what_befalls_its_robots(tmp_path: Path) -> None:
+    """Poses are lost, cameras freeze, a battery is flat; the session ends whole and says so."""
+    with running_twin(tmp_path / "keys", 2) as twin:
+        protocol = jetbots(tmp_path, twin.robots_file)
+        troubles = Troubles(
+            told(twin, "pose_lost 1 on", "pose_lost 1 off"),
+            told(twin, "camera_frozen 0 on", "camera_frozen 0 off"),
+            told(twin, "battery 1 0.05", "battery 1 1"),
+        )
+        threading.Timer(6.0, troubles.start).start()
+        simulated(protocol, tmp_path / "out")
+        troubles.ending.set()
+    expected = {(1, "pose_lost"), (0, "camera_stale"), (1, "battery_flat")}
+    assert expected <= stops_of(tmp_path / "out")
+
+
+@pytest.mark.acceptance
+def test_the_lap_study_survives_bad_cables(tmp_path: Path) -> None:
+    """A cable is cut, held and slow by turns; its robot is stopped, and the recording says so."""
+    with running_twin(tmp_path / "keys", 3) as twin:
+        cable = Cable(twin.where["robots"][0]["address"])
+        listed = twin.robots_file.read_text()
+        twin.robots_file.write_text(listed.replace(cable.far, cable.address))
+        assert twin.robots_file.read_text() != listed
+
+        def slow(seconds: float) -> None:
+            cable.delay_s = seconds
+
+        troubles = Troubles(
+            (cable.held.set, cable.held.clear),
+            (lambda: slow(0.2), lambda: slow(0.0)),
+            (cable.sever, lambda: None),
+        )
+        threading.Timer(8.0, troubles.start).start()
+        simulated(lap_study(tmp_path, twin.robots_file), tmp_path / "out")
+        troubles.ending.set()
+        cable.close()
+    stops = stops_of(tmp_path / "out")
+    assert {(0, "link_lost"), (0, "link_slow")} <= stops
+
+
+@pytest.mark.acceptance
+def test_the_lap_study_survives_its_twin_killed(tmp_path: Path) -> None:
+    """Everything is lost at once in the middle; the session goes on to its end without robots."""
+    with running_twin(tmp_path / "keys", 3) as twin:
+        threading.Timer(20.0, twin.process.kill).start()
+        simulated(lap_study(tmp_path, twin.robots_file), tmp_path / "out")
+        assert twin.process.poll() is not None
+    stops = stops_of(tmp_path / "out")
+    assert {(robot, "link_lost") for robot in range(3)} <= stops
 
 
 def test_a_session_does_not_begin_without_its_robots(tmp_path: Path) -> None:

@@ -55,3 +55,31 @@ def in_doom(folder: Path, *changes: tuple[str, str], base: str = "smoke") -> Pat
     """Write a shipped protocol on the task navigation, with DOOM in its place."""
     rooms = (('name = "navigation"', 'name = "doom"'), ("noise = 0.03", "noise = 0.0"))
     return variant(folder, *rooms, *changes, base=base)
+
+
+def lap_study(folder: Path, robots_file: Path | None, *, name: str = "lap_study") -> Path:
+    """Write the lap study in a short form: every stage, some twenty seconds of driving.
+
+    Args:
+        folder: where it goes.
+        robots_file: robots behind the link; None simulates them within the study.
+        name: of the file.
+    """
+    base = "jetbot" if robots_file else "jetbot_simulated"
+    text = (ROOT / "protocols" / f"{base}.toml").read_text()
+    changes = [
+        ("\n[practice]\ntimesteps = 300\n", "\n[practice]\ntimesteps = 20\n"),
+        ("episodes = 4\nepisode_timesteps = 500\n", "episodes = 2\nepisode_timesteps = 30\n"),
+        ("trials = 4\ntrial_timesteps = 325\n", "trials = 2\ntrial_timesteps = 30\n"),
+        ("trials = 5\ntrial_timesteps = 600\n", "trials = 2\ntrial_timesteps = 60\n"),
+        ("dwell = 50\n", "dwell = 20\n"),
+        ("at_least = 10\n", "at_least = 4\n"),
+    ]
+    if robots_file:
+        changes.append(('link = "robots.toml"', f'link = "{robots_file}"'))
+    for old, new in changes:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    path = folder / f"{name}.toml"
+    path.write_text(text)
+    return path

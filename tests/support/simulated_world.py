@@ -14,6 +14,7 @@ from study.seeding import stream_seed
 from study.session.number_entry import NumberEntry
 from study.simulated.keys import KeyStroke
 from study.simulated.operator import Operator
+from study.tasks.base import SnapshotTask
 from study.tasks.navigation import IDLE, create
 
 STEP_NS = 125_000_000
@@ -63,7 +64,7 @@ class Row:
 
 
 class World:
-    """A fleet run with the navigation task.
+    """A fleet run, with the navigation task unless another is given.
 
     Args:
         robots: n.
@@ -73,6 +74,7 @@ class World:
         dwell: timesteps between automatic switches.
         view: "tiles" or "operated_only".
         places: start states float32 [n, 4] instead of the task's own.
+        task: what is stepped; None for navigation.
     """
 
     def __init__(
@@ -85,8 +87,9 @@ class World:
         dwell: int = 15,
         view: View = "tiles",
         places: npt.NDArray[np.float32] | None = None,
+        task: SnapshotTask | None = None,
     ) -> None:
-        self.task = create(robots, {})
+        self.task = create(robots, {}) if task is None else task
         self.robots, self.allocation, self.view = robots, allocation, view
         self.dwell, self.policy = dwell, policy
         self.episodes = [1] * robots
@@ -174,7 +177,8 @@ class World:
         action = self._obey(strokes)
         actions = self.policy(states)
         if self.operated >= 0 and (action >= 0 or self.allocation != "correction"):
-            actions[self.operated] = action if action >= 0 else IDLE
+            idle = self.task.description.idle_action
+            actions[self.operated] = action if action >= 0 else idle
         stepped = self.task.step(actions, np.ones(self.robots, np.bool_))
         self.states = stepped.states
         self.timestep += 1

@@ -13,12 +13,14 @@ class Cable:
 
     Attributes:
         address: where to connect to.
+        far: where it leads.
         held: while set, nothing passes, and nobody is told; what was sent comes later.
         delay_s: each way.
     """
 
     def __init__(self, address: str) -> None:
         there = urlparse(address)
+        self.far = address
         self._there = (str(there.hostname), int(there.port or 0))
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.address = f"tcp://127.0.0.1:{self._listener.getsockname()[1]}"

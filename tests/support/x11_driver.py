@@ -33,6 +33,7 @@ KEYSYMS = {
     "space": "space",
     "-": "minus",
     "=": "equal",
+    "f12": "F12",
 }
 
 

@@ -157,8 +157,9 @@ class FleetPainter:
                 del self._shown[name]
         if whole:
             _draw_nobody(canvas, screen, places)
-            if message and not over_legend:
-                _draw_message(canvas, message, places.message)
+        # A tile painted anew paints its bar's place, too, and the line may stand there.
+        if message and not over_legend and (whole or changed):
+            _draw_message(canvas, message, places.message)
         return None if whole else changed
 
     def _draw_strips(

@@ -6,7 +6,7 @@ import math
 
 import pygame
 
-from study.events.scene import DiscMark, RectangleMark, Scene
+from study.events.scene import DiscMark, GateMark, RectangleMark, Scene
 from study.shell.drawing import marks, palette
 from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.palette import Colour
@@ -106,8 +106,33 @@ def _paint(
             marks.hatch(canvas, drawn, max(7.0, 0.031 * size[0]))
         else:
             canvas.surface.fill(palette.WALL, _thickened(drawn, size[0], place))
+    if scene.gates:
+        _draw_finish(canvas, view, scene.gates[-1])
     for disc in scene.discs:
         draw_disc(canvas, view, disc)
+
+
+def _draw_finish(canvas: Canvas, view: MapView, gate: GateMark) -> None:
+    """Draw the finish line: two rows of a chequerboard."""
+    x, y = view.point(gate.inner_x, gate.inner_y)
+    to_x, to_y = view.point(gate.outer_x, gate.outer_y)
+    size = max(3.0, 0.014 * view.place.width)
+    length = math.hypot(to_x - x, to_y - y)
+    squares = max(2, round(length / size))
+    along_x, along_y = (to_x - x) / squares, (to_y - y) / squares
+    aside_x, aside_y = -along_y, along_x
+    for square in range(squares):
+        for row in (0, 1):
+            left, top = x + square * along_x, y + square * along_y
+            left, top = left + (row - 1) * aside_x, top + (row - 1) * aside_y
+            corners = (
+                (left, top),
+                (left + along_x, top + along_y),
+                (left + along_x + aside_x, top + along_y + aside_y),
+                (left + aside_x, top + aside_y),
+            )
+            dark = (square + row) % 2 == 0
+            pygame.draw.polygon(canvas.surface, palette.WALL if dark else palette.CARD, corners)
 
 
 def _wall_width(width: int) -> int:
@@ -124,18 +149,22 @@ def _thickened(wall: pygame.Rect, width: int, place: pygame.Rect) -> pygame.Rect
 
 def disc_radius(view: MapView, disc: DiscMark) -> float:
     """Return the radius at which a disc is drawn, pixels."""
+    if disc.role == "wall":
+        return disc.radius * view.scale
     least = 0.058 if disc.role == "goal" else 0.04
     return max(disc.radius * view.scale if disc.role == "goal" else 0.0, least * view.place.width)
 
 
 def draw_disc(canvas: Canvas, view: MapView, disc: DiscMark) -> None:
-    """Draw a goal, a health pack or the start."""
+    """Draw a goal, a health pack, the start or a round obstacle."""
     x, y = view.point(disc.x, disc.y)
     radius = disc_radius(view, disc)
     line = max(1.2, 0.004 * view.place.width)
     if disc.role == "goal":
         marks.ring(canvas, x, y, radius, line, palette.SECONDARY, fill=palette.FLOOR)
         marks.flag(canvas, x + radius * 0.06, y, radius * 1.15)
+    elif disc.role == "wall":
+        marks.disc(canvas, x, y, radius, palette.WALL)
     elif disc.role == "health_pack":
         marks.health_cross(canvas, x, y, radius * 1.5)
     elif disc.role == "start":

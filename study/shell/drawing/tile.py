@@ -103,7 +103,7 @@ def looks_of(scene: Scene, shown: TileView) -> Looks:
     lost = cue if tile.cue is not None and tile.cue.kind == "damage" else None
     ground = plate.plate_colour(place, tile, look)
     return Looks(
-        still=(scene, place, cue, look),
+        still=(scene, place, cue, look, _has_picture(scene, shown)),
         health=(place, ground, look.driven, round(tile.health), lost),
         body=_body_of(scene, shown),
         shot=-1 if shown.shot is None else shown.shot.number,
@@ -216,6 +216,9 @@ def _draw_still(canvas: Canvas, scene: Scene, shown: TileView) -> None:
         frames.suggested_frame(canvas, place, tile.robot, look.accept_key)
     tint = plate.plate_colour(place, tile, look)
     floor = palette.CARD if look.driven else palette.FLOOR
+    if _has_picture(scene, shown):
+        # Beside a picture of another shape there is floor, not a strip of the map.
+        scene = dataclasses.replace(scene, rectangles=(), discs=(), gates=())
     picture = maps.map_surface(canvas, scene, place.map.size, floor, tint)
     canvas.surface.blit(picture, place.map)
     if not place.has_corner_plate:

@@ -13,7 +13,7 @@ import sample_screens as samples
 from study.events.scene import Scene
 from study.screens import Cue, FleetScreen
 from study.shell.drawing import inset, palette
-from study.shell.drawing.fleet import tile_places
+from study.shell.drawing.fleet import layout, tile_places
 from study.shell.drawing.pictures import NO_PICTURE, Pictures
 from study.shell.drawing.renderer import Renderer
 
@@ -83,6 +83,24 @@ def test_only_a_changed_picture_is_painted_anew() -> None:
     third = tile_places(renderer.canvas, screen)[2]
     assert changed.contains(third.body)
     assert surface.get_at(third.map.center)[:3] == (99, 99, 99)
+
+
+@pytest.mark.parametrize("robots", [2, 3, 4])
+def test_a_line_of_guidance_stays_whole_over_new_pictures(robots: int) -> None:
+    """Pictures that come while nobody is driven leave the line as it was first drawn."""
+    pictures = Pictures()
+    renderer, surface = Renderer(SIZE, pictures=pictures), pygame.Surface(SIZE)
+    arena = dataclasses.replace(CAMERA, width=4.0, height=3.0)
+    nobody = fleet(robots, operated=-1, message="Choose a robot to drive")
+    nobody = dataclasses.replace(nobody, scene=arena)
+    middle = layout(renderer.canvas, nobody).message
+    seen = []
+    for grey in (10, 200):
+        pictures.take(plain(*[grey] * robots))
+        renderer.draw(surface, nobody, samples.T_NS)
+        line = surface.subsurface(pygame.Rect(SIZE[0] // 2 - 100, middle - 8, 200, 16))
+        seen.append(line.copy().get_buffer().raw)
+    assert seen[0] == seen[1]
 
 
 def test_a_missing_picture_is_said_in_words() -> None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
+import sys
 from pathlib import Path
+from typing import TypeGuard
 
 import numpy as np
 import pytest
@@ -15,10 +17,14 @@ from study.arena.cameras import FrontCameras, ViewFromAbove, open_cameras
 from study.arena.course import MOST_ROBOTS, ROBOT_RADIUS, TWO_BUCKETS
 from study.arena.model import arena_mjcf
 from study.arena.physics import ArenaPhysics, wheel_speeds
+from study.commands.simulating import simulate_study
 from study.durations import dwell_seconds
 from study.errors import ProtocolError, StudyError
-from study.events.codes import Outcome
-from study.loading import load_protocol
+from study.events.codes import Outcome, Phase
+from study.events.task_description import TaskDescription
+from study.loading import load_protocol, missing_extra
+from study.session.plan import StagePlan, TrialPlan
+from study.session.sequence import stage_plans
 from study.tasks import jetbot
 from study.tasks.base import PicturedTask
 
@@ -147,6 +153,61 @@ def test_seconds_become_timesteps() -> None:
     assert jetbot.describe(settings).horizon == 25
 
 
+@pytest.mark.parametrize("name", ["jetbot", "jetbot_simulated"])
+def test_the_shipped_studies_have_the_papers_numbers(name: str) -> None:
+    """2000 demonstrations, 1300 choices, five one-minute trials, a dwell of 5 s; nothing else."""
+    protocol = load_protocol(name).protocol
+    rate = protocol.timing.timesteps_per_second
+    trials = [plan for plan in stage_plans(protocol, ("manual", "assisted")) if _is_trial(plan)]
+    lengths: dict[tuple[Phase, str], list[tuple[int, int]]] = {}
+    for plan in trials:
+        key = (plan.place.phase, plan.place.condition)
+        lengths.setdefault(key, []).append((plan.robots, plan.timesteps))
+    practice = lengths.pop((Phase.PRACTICE, ""))
+    assert len(practice) == 1
+    assert lengths == {
+        (Phase.ONE, ""): [(1, 500)] * 4,
+        (Phase.TWO, ""): [(2, 325)] * 4,
+        (Phase.THREE, "manual"): [(3, round(60 * rate))] * 5,
+        (Phase.THREE, "assisted"): [(3, round(60 * rate))] * 5,
+    }
+    assert protocol.condition("assisted").dwell / rate == 5.0
+    assert protocol.questionnaires == ()
+    assert protocol.phase_four is None
+
+
+def _is_trial(plan: StagePlan) -> TypeGuard[TrialPlan]:
+    return isinstance(plan, TrialPlan)
+
+
+def test_the_two_studies_differ_in_where_the_robots_are() -> None:
+    """Nothing else: what is rehearsed is what is run."""
+    real, simulated = (
+        load_protocol(name).protocol.model_dump() for name in ("jetbot", "jetbot_simulated")
+    )
+    for protocol in (real, simulated):
+        del protocol["study"], protocol["assumptions"]
+    assert real["task"]["parameters"].pop("link") == "robots.toml"
+    assert real["phase_three"].pop("paired_starts") is False
+    assert simulated["phase_three"].pop("paired_starts") is True
+    assert real == simulated
+
+
+def test_the_map_is_recorded_with_gates_and_buckets() -> None:
+    """Whoever reads a recording can count laps again, and draw the arena, cameras or not."""
+    for cameras in (False, True):
+        described = jetbot.describe({"cameras": cameras})
+        again = TaskDescription.from_json(described.to_json())
+        assert again == described
+        assert len(again.scene.gates) == len(TWO_BUCKETS.gates)
+        assert sum(disc.role == "wall" for disc in again.scene.discs) == 2
+        assert again.map_grid is not None
+        # Where a bucket is, no robot can be; the middle of the arena is free.
+        row, column = again.map_grid.ys.index(1.55), again.map_grid.xs.index(1.35)
+        assert again.map_grid.free[row][column] == "0"
+        assert again.map_grid.free[row][20] == "1"
+
+
 def test_the_shipped_study_has_the_papers_times(tmp_path: Path) -> None:
     """A dwell of five seconds, episodes of a minute; another rate than the task's is refused."""
     loaded = load_protocol("jetbot")
@@ -155,8 +216,8 @@ def test_the_shipped_study_has_the_papers_times(tmp_path: Path) -> None:
     assert loaded.description.horizon / rate == 60.0
     other = tmp_path / "jetbot.toml"
     rate_line = "timesteps_per_second = {}.0"
-    other.write_text(loaded.text.replace(rate_line.format(8), rate_line.format(9), 1))
-    with pytest.raises(ProtocolError, match=r"must be that of timing\.timesteps_per_second, 9"):
+    other.write_text(loaded.text.replace(rate_line.format(10), rate_line.format(11), 1))
+    with pytest.raises(ProtocolError, match=r"must be that of timing\.timesteps_per_second, 11"):
         load_protocol(str(other))
 
 
@@ -217,3 +278,22 @@ def test_the_view_from_above_shows_robots_where_they_are() -> None:
     row, column = round(120 - 2.5 / 4 * 160), round(0.98 / 4 * 160)
     assert picture[row, column].tolist() == [41, 120, 181]
     assert picture[round(120 - 0.5 / 4 * 160), round(2.98 / 4 * 160)].tolist() == [148, 60, 50]
+
+
+@pytest.mark.parametrize(("name", "module"), [("jetbot", "zmq"), ("jetbot_simulated", "mujoco")])
+def test_a_missing_extra_is_named_before_anything_runs(
+    name: str, module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The protocol is valid without it; validation says what to install, a run begins nothing."""
+    loaded = load_protocol(name)
+    task = loaded.protocol.task
+    assert missing_extra(task.name, task.parameters) == ""
+    monkeypatch.setitem(sys.modules, module, None)
+    monkeypatch.setattr("importlib.util.find_spec", lambda wanted: None)
+    said = missing_extra(task.name, task.parameters)
+    assert module in said
+    assert "pip install 'scaled-autonomy[jetbot]'" in said
+    if name == "jetbot_simulated":
+        with pytest.raises(StudyError, match="MuJoCo, which is not installed"):
+            list(simulate_study(name, 1, 1, tmp_path / "out", 1))
+        assert not (tmp_path / "out").exists()
