@@ -161,7 +161,7 @@ def test_protocols_named_in_the_reference_are_shipped() -> None:
 def test_the_example_questionnaire_is_valid() -> None:
     """The questionnaire of the how-to guide can be used as it stands."""
     example = blocks(DOCS / "how-to" / "add-a-questionnaire.md", "toml")[0]
-    assert len(parse_questionnaire(example, "the guide").items) == 2
+    assert len(parse_questionnaire(example, "the guide").items) == 3
 
 
 def test_the_example_reader_reads(tmp_path: Path) -> None:
