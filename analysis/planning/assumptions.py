@@ -13,6 +13,9 @@ from study.errors import StudyError
 
 Order = tuple[int, ...]
 MOST_PARTICIPANTS, MOST_TRIALS = 1000, 200
+MOST_POINTS = 1e9
+CLEAREST = 1000.0
+"""Largest difference of effects that is planned for, in standard deviations of trials."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -134,6 +137,8 @@ def _problems(given: Assumptions) -> Iterator[str]:
     for name, value in numbers.items():
         if not math.isfinite(value):
             yield f"{name}: {value} is not a finite number"
+        elif abs(value) > MOST_POINTS:
+            yield f"{name}: {value:g} given; at most {MOST_POINTS:g} points"
     for name in ("--effect-sd", "--level-sd"):
         if numbers[name] < 0:
             yield f"{name}: {numbers[name]:g} given; a standard deviation is 0 or more"
@@ -144,5 +149,11 @@ def _problems(given: Assumptions) -> Iterator[str]:
             yield f"{name}: {share:g} given; a part of the whole is 0 or more and below 1"
     if not 0 < given.alpha < 1:
         yield f"--alpha: {given.alpha:g} given; it lies between 0 and 1"
+    spread = max(given.effects, default=0.0) - min(given.effects, default=0.0)
+    if 0 < given.trial_sd <= MOST_POINTS and spread > CLEAREST * given.trial_sd:
+        yield (
+            f"--effect: {spread:g} points are over {CLEAREST:g} times what trials scatter "
+            f"({given.trial_sd:g}): nothing has to be planned to find that"
+        )
     if given.conditions < 2:
         yield "the protocol has one condition; a plan compares two or more"

@@ -137,6 +137,12 @@ def settle(
         **{name: values[name] for name in ("level_sd", *texts, *shares, "alpha")},
     )
     check(assumptions)
+    if len(set(effects)) == 1:
+        raise StudyError(
+            "--effect: no condition differs from another",
+            "No number of participants finds a difference that is not there: give the smallest "
+            "one that would matter.",
+        )
     return assumptions, tuple(rows)
 
 

@@ -172,7 +172,8 @@ class _Collector:
         trial, self._trial = self._trial, None
         if trial is None:
             return
-        label = f"trial {trial.trial}, {trial.robots} robot{'' if trial.robots == 1 else 's'}"
+        robots = f"{trial.robots} robot{'' if trial.robots == 1 else 's'}"
+        label = f"trial {trial.trial}, {robots}, trial_id {trial.trial_id}"
         operated = trial.allocation != "none"
         self.spans.append(Span("trial", trial.t_ns, t_ns, label, trial.trial_id, operated))
 

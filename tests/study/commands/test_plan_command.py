@@ -82,6 +82,10 @@ def test_a_pilot_of_simulated_participants_of_stated_attention(tmp_path: Path) -
     [
         ((), "no effect to plan for"),
         (("--effect", "20"), "no --effect-sd"),
+        (("--effect", "1e300", *SCATTER), "at most 1e+09 points"),
+        (("--effect", "1e8", *SCATTER), "nothing has to be planned to find that"),
+        (("--effect", "0", *SCATTER), "no condition differs from another"),
+        (("--effect", "20", "--effect-sd", "1e200", "--trial-sd", "30"), "at most 1e+09 points"),
         (("--participants", "a"), "--participants a: whole numbers"),
         (("--participants", "2"), "--participants: 2 given"),
         (("--sessions", "3", "--trials", "0"), "--trials: 0 given"),
