@@ -41,7 +41,7 @@ class Tile:
         robot: index from 0; the number on the tile is robot + 1.
         x, y: metres.
         heading: radians, counter-clockwise from +x.
-        health: 0 to 100; 100 where the task has none.
+        health: 0 to 100; 100 where the task has none, which is not shown.
         cue: the one cue shown, or None.
         episode: number of its episode; a new one must not be interpolated from the last.
     """
@@ -82,6 +82,7 @@ class FleetScreen:
         switch_seconds_left: time until the scorer chooses anew, while that is announced; else -1.
         landing_seconds: how long after a switch its landing is marked.
         accept_key: name of the key that accepts a suggestion.
+        has_health: whether the robots have health.
     """
 
     heading: str
@@ -108,6 +109,7 @@ class FleetScreen:
     switch_seconds_left: float = -1.0
     landing_seconds: float = 1.2
     accept_key: str = "space"
+    has_health: bool = True
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -169,6 +171,7 @@ class PageScreen:
         next_hint: what comes next, or empty.
         action: what Enter does: "to go on", "to start".
         robot_keys: names of the keys that choose robots 1, 2, ..., for figure "choose".
+        has_health: whether the robots have health.
     """
 
     header_left: str
@@ -185,6 +188,7 @@ class PageScreen:
     next_hint: str
     action: str
     robot_keys: tuple[str, ...] = ()
+    has_health: bool = True
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

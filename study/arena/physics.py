@@ -37,7 +37,7 @@ def load_mujoco() -> ModuleType:
     except ImportError as error:
         raise StudyError(
             "the JetBots' arena needs MuJoCo, which is not installed",
-            "Install the extra: pip install 'scaled-autonomy[jetbot]'.",
+            "In a clone `make jetbot`, elsewhere pip install 'scaled-autonomy[jetbot]'.",
         ) from error
 
 

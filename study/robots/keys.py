@@ -35,7 +35,7 @@ def load_zmq() -> Any:  # noqa: ANN401 - an extra
     except ImportError as error:
         raise StudyError(
             "the robot link needs pyzmq, which is not installed",
-            "Install the extra: pip install 'scaled-autonomy[jetbot]'.",
+            "In a clone `make jetbot`, elsewhere pip install 'scaled-autonomy[jetbot]'.",
         ) from error
     if not zmq.has("curve"):
         raise StudyError(

@@ -138,7 +138,7 @@ class NatNetPoses:
         except ImportError as error:
             raise StudyError(
                 "motion capture by NatNet needs natnet, which is not installed",
-                "Install the extra: pip install 'scaled-autonomy[jetbot]'.",
+                "In a clone `make jetbot`, elsewhere pip install 'scaled-autonomy[jetbot]'.",
             ) from error
         self._client: Any = natnet.NatNetClient(
             server_ip_address=server,

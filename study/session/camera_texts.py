@@ -12,10 +12,14 @@ from study.session.context import Context
 
 
 def are_told(context: Context) -> bool:
-    """Whether pages leave it to the task to say what is to be done: it has no goal on a map."""
+    """Whether pages say what is to be done in words alone.
+
+    The map with its legend and the four arrow keys is for tasks that have a goal and such keys.
+    """
     scene, instruction = context.description.scene, context.description.instruction
     aimed = any(disc.role == "goal" for disc in scene.discs)
-    return scene.pictures_only or (bool(instruction) and not aimed)
+    all_ways = set(context.description.key_actions) == set(DIRECTIONS)
+    return scene.pictures_only or not all_ways or (bool(instruction) and not aimed)
 
 
 def keys_text(context: Context) -> str:

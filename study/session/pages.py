@@ -77,4 +77,5 @@ class PagesStage(QuietStage):
             next_hint=page.next_hint,
             action=page.action,
             robot_keys=self._context.protocol.keys.robots[: page.robots],
+            has_health=description.health_field >= 0,
         )

@@ -220,6 +220,7 @@ class TrialScreens:
             robot_keys=self._robot_keys if shown.allocation != "assisted" else (),
             unit=unit(plan, self._context),
             accept_key=self._context.protocol.keys.accept,
+            has_health=self._description.health_field >= 0,
             switch_seconds_left=self._watch.seconds_left(allocation)
             if self._context.protocol.switching.cue_seconds > 0
             else -1.0,

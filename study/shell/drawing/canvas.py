@@ -174,6 +174,15 @@ class Canvas:
             place, key, picture, tuple(self.written[written:]), tuple(self.boxed[boxed:])
         )
 
+    def repeat(self, name: Hashable, key: object, within: pygame.Rect) -> bool:
+        """Repeat what is remembered of a part in some rectangle of it; tell whether it could be."""
+        found = self._parts.get(name)
+        if found is None or found.key != key:
+            return False
+        area = within.clip(found.place)
+        self.surface.blit(found.picture, area, area.move(-found.place.left, -found.place.top))
+        return True
+
     def part_key(self, name: Hashable) -> object:
         """Return the key under which a part was painted last, or None."""
         found = self._parts.get(name)

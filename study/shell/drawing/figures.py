@@ -86,7 +86,8 @@ def draw_annotated_map(canvas: Canvas, screen: PageScreen, place: pygame.Rect) -
     labels = canvas.u(176)
     tile_place = _map_place(canvas, scene, place, labels, 0, single=False)
     tile, pose = _tile(scene, min(4, max(0, screen.robots - 1)))
-    look = PlateLook(driven=True, suggested=False, accept_key="", has_dwell=False, note="")
+    look = PlateLook(driven=True, suggested=False, accept_key="", has_dwell=False, note="",
+                     has_health=screen.has_health)  # fmt: skip
     draw_tile(canvas, scene, TileView(tile_place, tile, look, pose, ground=palette.CARD))
     view = maps.MapView(scene, tile_place.map)
     start = next((disc for disc in scene.discs if disc.role == "start"), None)
@@ -255,7 +256,8 @@ def draw_switching(canvas: Canvas, screen: PageScreen, place: pygame.Rect) -> No
         return
     tile_place = _map_place(canvas, scene, place, 0, canvas.u(42), single=True)
     tile, pose = _tile(scene, min(6, max(0, screen.robots - 1)))
-    look = PlateLook(driven=True, suggested=False, accept_key="", has_dwell=True, note="")
+    look = PlateLook(driven=True, suggested=False, accept_key="", has_dwell=True, note="",
+                     has_health=screen.has_health)  # fmt: skip
     draw_tile(
         canvas, scene, TileView(tile_place, tile, look, pose, dwell_left=0.62, ground=palette.CARD)
     )

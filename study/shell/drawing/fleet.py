@@ -15,7 +15,7 @@ from study.shell.drawing.grid import TilePlace, place_enlarged, place_tiles
 from study.shell.drawing.motion import Motion, fraction
 from study.shell.drawing.pictures import Pictures, Shot
 from study.shell.drawing.plate import PlateLook
-from study.shell.drawing.tile import TileView, draw_tile, looks_of
+from study.shell.drawing.tile import Looks, TileView, draw_moved, draw_tile, looks_of
 
 MESSAGE_HEIGHT = 36
 NOBODY = noted("You are not driving a robot at the moment.")
@@ -112,8 +112,9 @@ class FleetPainter:
         self.motion = Motion()
         self._pictures = pictures or Pictures()
         self._ground: object = None
-        self._shown: dict[tuple[int, bool], object] = {}
+        self._shown: dict[tuple[int, bool], Looks] = {}
         self._strips: object = None
+        self._laid_out: tuple[object, Layout] | None = None
 
     def draw(
         self, canvas: Canvas, screen: FleetScreen, now_ns: int, *, onto: bool
@@ -130,7 +131,7 @@ class FleetPainter:
             The places that changed, pixels; None if all of it did.
         """
         self.motion.observe(screen)
-        places = layout(canvas, screen)
+        places = self._layout(canvas, screen)
         since = (now_ns - screen.switched_ns) / 1e9 if screen.switched_ns >= 0 else -1.0
         message = _message(canvas.messages, screen, since, enlarged=places.large is not None)
         ground = (canvas.scale, places, message, screen.operated < 0, bool(screen.tiles))
@@ -147,10 +148,14 @@ class FleetPainter:
         for shown in self._views(canvas, screen, places, now_ns, since):
             name = (shown.tile.robot, shown.place.single)
             looks = looks_of(screen.scene, shown)
-            if self._shown.get(name) != looks:
-                self._shown[name] = looks
+            before = self._shown.get(name)
+            if before == looks:
+                continue
+            self._shown[name] = looks
+            moved = before and draw_moved(canvas, screen.scene, shown, before, looks)
+            if not moved:
                 draw_tile(canvas, screen.scene, shown, looks)
-                changed.append(frames.frame_rect(canvas, shown.place))
+            changed.append(moved or frames.frame_rect(canvas, shown.place))
         # The operated robot's large tile replaces another's in the same place.
         for name in [n for n in self._shown if n[1] and n[0] != screen.operated]:
             if places.large is not None:
@@ -161,6 +166,17 @@ class FleetPainter:
         if message and not over_legend and (whole or changed):
             _draw_message(canvas, message, places.message)
         return None if whole else changed
+
+    def _layout(self, canvas: Canvas, screen: FleetScreen) -> Layout:
+        """Return where a screen's parts go; thought out anew only if that may have changed."""
+        key = (
+            canvas.size, canvas.scale, screen.view, screen.robots, screen.operated,
+            screen.suggested, bool(screen.message), tuple(tile.robot for tile in screen.tiles),
+            screen.scene,
+        )  # fmt: skip
+        if self._laid_out is None or self._laid_out[0] != key:
+            self._laid_out = (key, layout(canvas, screen))
+        return self._laid_out[1]
 
     def _draw_strips(
         self, canvas: Canvas, screen: FleetScreen, *, legend_shown: bool
@@ -189,7 +205,11 @@ class FleetPainter:
         drawn = list(zip(screen.tiles, places.tiles, strict=True))
         if places.large is not None:
             drawn += [(t, places.large) for t in screen.tiles if t.robot == screen.operated]
-        return [self._view(canvas, screen, tile, place, now_ns, since) for tile, place in drawn]
+        arrows = _arrows_drive(screen)
+        return [
+            self._view(canvas, screen, tile, place, now_ns, since, arrows=arrows)
+            for tile, place in drawn
+        ]
 
     def _view(
         self,
@@ -199,6 +219,8 @@ class FleetPainter:
         place: TilePlace,
         now_ns: int,
         since: float,
+        *,
+        arrows: bool,
     ) -> TileView:
         driven = tile.robot == screen.operated
         dwell_left = self.motion.dwell_left(screen, now_ns) if driven else -1.0
@@ -210,6 +232,8 @@ class FleetPainter:
             note=_note(canvas.messages, screen) if place.single else "",
             key=_own_key(screen, tile.robot),
             announced=driven and screen.switch_seconds_left >= 0,
+            has_health=screen.has_health,
+            arrows=arrows,
         )
         return TileView(
             place=place,
@@ -246,6 +270,12 @@ def _own_key(screen: FleetScreen, robot: int) -> str:
     """Return the key that chooses a robot if it is not the robot's number."""
     key = screen.robot_keys[robot] if robot < len(screen.robot_keys) else ""
     return "" if key == str(robot + 1) else key
+
+
+def _arrows_drive(screen: FleetScreen) -> bool:
+    """Whether all four arrow keys drive, and nothing else."""
+    tokens = set(chrome.key_tokens(screen.keys[0][0])) if screen.keys else set()
+    return tokens in (set(chrome.ARROWS), set(chrome.ARROW_NAMES))
 
 
 def _note(messages: Messages, screen: FleetScreen) -> str:

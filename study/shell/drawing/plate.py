@@ -28,6 +28,8 @@ class PlateLook:
         note: a sentence in the plate of a large tile, or empty.
         key: name of the key that chooses the robot where it is not its number, or empty.
         announced: another robot may be switched to in a moment.
+        has_health: the robot has health, which is shown.
+        arrows: the four arrow keys drive, which the frame's bar says.
     """
 
     driven: bool
@@ -37,6 +39,8 @@ class PlateLook:
     note: str
     key: str = ""
     announced: bool = False
+    has_health: bool = True
+    arrows: bool = True
 
 
 def plate_colour(place: TilePlace, tile: Tile, look: PlateLook) -> Colour:

@@ -137,6 +137,43 @@ def _body_of(scene: Scene, shown: TileView) -> Body:
     return Body(round(x), round(y), trail, heading_step(pose.heading), ring, shown.landing)
 
 
+def draw_moved(
+    canvas: Canvas, scene: Scene, shown: TileView, before: Looks, looks: Looks
+) -> pygame.Rect | None:
+    """Draw what changed of a tile of which only the robot moved: much less than all of it.
+
+    Args:
+        canvas: to draw on; it still shows the tile as it was.
+        scene: the map.
+        shown: the tile.
+        before: what `looks_of` said of it then.
+        looks: what it says now.
+
+    Returns:
+        What was drawn anew, pixels; None if more than that changed, and nothing was drawn.
+    """
+    same = (before.still, before.health, before.shot) == (looks.still, looks.health, looks.shot)
+    # Rings, veils and pictures cover more than what lies round the robot.
+    held = shown.tile.cue is not None and shown.tile.cue.kind == "held"
+    if not same or held or scene.camera or shown.look.driven:
+        return None
+    view = maps.MapView(scene, shown.place.map)
+    reach = round(view.robot_radius * FARTHEST)
+    places = [
+        pygame.Rect(body.x - reach, body.y - reach, 2 * reach, 2 * reach)
+        for body in (before.body, looks.body)
+    ]
+    within = places[0].union(places[1]).clip(shown.place.map).clip(canvas.surface.get_rect())
+    robot = shown.tile.robot
+    seat = LARGE if shown.place.single else robot
+    if not canvas.repeat(("tile", seat), (robot, looks.still), within):
+        return None
+    if shown.look.has_health and not canvas.repeat(("health", seat), looks.health, within):
+        return None
+    _draw_on_map(canvas, view, shown, looks, within)
+    return within
+
+
 def draw_tile(canvas: Canvas, scene: Scene, shown: TileView, looks: Looks | None = None) -> None:
     """Draw a tile. All but its robot is painted anew only when it changes.
 
@@ -160,7 +197,7 @@ def draw_tile(canvas: Canvas, scene: Scene, shown: TileView, looks: Looks | None
         frames.frame_rect(canvas, place),
         lambda: _draw_still(canvas, scene, shown),
     )
-    if not scene.pictures_only:
+    if look.has_health and not scene.pictures_only:
         row = plate.health_row(canvas, place)
         canvas.remember(
             ("health", seat),
@@ -188,15 +225,22 @@ def draw_tile(canvas: Canvas, scene: Scene, shown: TileView, looks: Looks | None
             _landing_label(canvas, view, shown)
 
 
-def _draw_on_map(canvas: Canvas, view: maps.MapView, shown: TileView, looks: Looks) -> None:
-    """Draw the robot on its map."""
+def _draw_on_map(
+    canvas: Canvas,
+    view: maps.MapView,
+    shown: TileView,
+    looks: Looks,
+    within: pygame.Rect | None = None,
+) -> None:
+    """Draw the robot on its map, or as much of it as lies within a rectangle."""
     place, body = shown.place, looks.body
     # The plate belongs to the screen, not to the map: what reaches over it is cut off.
     reach = round(view.robot_radius * FARTHEST)
     marks_place = pygame.Rect(body.x - reach, body.y - reach, 2 * reach, 2 * reach)
-    covered = place.plate.clip(canvas.surface.get_rect())
+    clip = place.map if within is None else place.map.clip(within)
+    covered = place.plate.clip(canvas.surface.get_rect() if within is None else within)
     still = canvas.surface.subsurface(covered).copy() if marks_place.colliderect(covered) else None
-    canvas.surface.set_clip(place.map)
+    canvas.surface.set_clip(clip)
     with canvas.moving():
         _draw_body(canvas, view, shown, body)
     canvas.surface.set_clip(None)
@@ -209,9 +253,7 @@ def _draw_still(canvas: Canvas, scene: Scene, shown: TileView) -> None:
     place, tile, look = shown.place, shown.tile, shown.look
     canvas.surface.fill(shown.ground, frames.frame_rect(canvas, place))
     if look.driven:
-        frames.driven_frame(
-            canvas, place, tile.robot, announced=look.announced, arrows=not scene.pictures_only
-        )
+        frames.driven_frame(canvas, place, tile.robot, announced=look.announced, arrows=look.arrows)
     elif look.suggested:
         frames.suggested_frame(canvas, place, tile.robot, look.accept_key)
     tint = plate.plate_colour(place, tile, look)
