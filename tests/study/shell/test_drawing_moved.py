@@ -9,7 +9,7 @@ import pygame
 import pytest
 
 import sample_screens as samples
-from study.screens import Cue, FleetScreen, Tile
+from study.screens import Cue, FleetScreen, Tile, View
 from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.fleet import FleetPainter
 
@@ -54,16 +54,12 @@ def later(screen: FleetScreen, chance: random.Random) -> FleetScreen:
 @pytest.mark.parametrize("has_health", [True, False])
 @pytest.mark.parametrize(("robots", "view"), [(12, "tiles"), (48, "tiles"), (6, "enlarged")])
 def test_pictures_painted_on_look_as_if_painted_anew(
-    robots: int, view: str, has_health: bool
+    robots: int, view: View, has_health: bool
 ) -> None:
     """To the last pixel, after moves, switches, cues and ends of episodes."""
     pygame.font.init()
     chance = random.Random(robots)
-    screen = dataclasses.replace(
-        samples.fleet(robots),
-        view=view,
-        has_health=has_health,  # type: ignore[arg-type]
-    )
+    screen = dataclasses.replace(samples.fleet(robots), view=view, has_health=has_health)
     size = (1280, 960)
     on, anew = Canvas(size), Canvas(size)
     painter = FleetPainter()
