@@ -204,15 +204,16 @@ def test_add_a_questionnaire(tmp_path: Path) -> None:
     tables = StudyTables(load_recordings([recording]))
     responses = tables.frame("responses")
     asked = responses[responses["questionnaire"] == "workload"]
-    assert sorted(set(asked["item"])) == ["hurried", "mental"]
+    assert sorted(set(asked["item"])) == ["hurried", "mental", "relaxed"]
     assert set(asked["occasion"]) == {"before_reveal"}
     scores = tables.frame("scores")
     found = scores[scores["questionnaire"] == "workload"]
     assert len(found) == 2
     for _, row in found.iterrows():
         block = asked[asked["condition"] == row["condition"]].set_index("item")["answer"]
-        # Hurried is worded the other way: 1 stands for 7.
-        assert row["score"] == pytest.approx((block["mental"] + 8 - block["hurried"]) / 2)
+        # Relaxed is worded the other way: 1 stands for 7.
+        felt = block["mental"] + block["hurried"] + 8 - block["relaxed"]
+        assert row["score"] == pytest.approx(felt / 3)
 
 
 @pytest.fixture(scope="module")

@@ -132,6 +132,7 @@ def test_results_hang_on_no_order_and_no_number_of_workers() -> None:
     assert make_plan(law(period=3.0), wanted, None, two) == here
 
 
+@pytest.mark.acceptance
 def test_nor_do_those_of_the_mixed_model() -> None:
     """The slow studies go to workers a block at a time."""
     pairs = [(law(drop_out=0.2), Design(5, 2)), (law(missing=0.1), Design(4, 2))]

@@ -69,6 +69,7 @@ def test_scatter_is_that_of_the_mean_squares() -> None:
     assert found.period is None  # one order: it cannot be told from the condition
 
 
+@pytest.mark.acceptance
 def test_intervals_cover_the_truth() -> None:
     """Of 100 small pilots about 95 hold each truth; Williams's interval at least nine in ten."""
     assumed = law(effect_sd=12.0)

@@ -44,6 +44,7 @@ SHORT_CARTS = (
 )
 
 
+@pytest.mark.acceptance
 def test_gymnasium_by_real_events(tmp_path: Path) -> None:
     """Carts of Gymnasium are driven in a window: every key sent is recorded, and it replays."""
     pytest.importorskip("gymnasium")

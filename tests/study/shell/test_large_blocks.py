@@ -25,7 +25,7 @@ if sys.argv[1] == "window":
     Window((1280, 960)).close()
 pygame.Surface((2048, 2048))
 before = libc.mallinfo2().hblkhd
-kept = pygame.Surface((512, 512), depth=32)
+kept = [pygame.Surface((512, 512), depth=32) for _ in range(32)]
 print(libc.mallinfo2().hblkhd - before)
 """
 
@@ -39,4 +39,5 @@ def test_a_large_surface_is_a_mapping_of_its_own(opened: str, mapped: bool) -> N
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM, opened], capture_output=True, text=True, check=True
     )
-    assert (int(done.stdout.splitlines()[-1]) >= 512 * 512 * 4) == mapped
+    # Some may find room in holes of the heap.
+    assert (int(done.stdout.splitlines()[-1]) >= 16 * 512 * 512 * 4) == mapped

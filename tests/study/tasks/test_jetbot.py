@@ -294,6 +294,6 @@ def test_a_missing_extra_is_named_before_anything_runs(
     assert module in said
     assert "pip install 'scaled-autonomy[jetbot]'" in said
     if name == "jetbot_simulated":
-        with pytest.raises(StudyError, match="MuJoCo, which is not installed"):
+        with pytest.raises(StudyError, match="the task jetbot cannot run here"):
             list(simulate_study(name, 1, 1, tmp_path / "out", 1))
         assert not (tmp_path / "out").exists()
