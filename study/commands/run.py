@@ -14,7 +14,7 @@ from rich.markup import escape
 from study.commands.composing import lock_warning
 from study.commands.preflight import preflight_remark
 from study.commands.recorded_scorers import parse_overrides
-from study.commands.terminal import console, errors
+from study.commands.terminal import console, errors, shown_path
 from study.enrolment.pseudonyms import check_participant
 from study.errors import StudyError
 from study.foxglove.live_tap import DEFAULT_PORT, LOOPBACK, LiveTap, require_live
@@ -125,7 +125,7 @@ def run(
         finished = session(seat=seat, scorers=scorers)
         enrolled.write_back(finished)
     for path in finished.paths:
-        console.print(f"Recorded in {escape(str(path))}")
+        console.print(f"Recorded in {shown_path(path)}")
     if not finished.paths:
         errors.print("[yellow]No recording: the participant declined, or had it erased.[/]")
         raise typer.Exit(3)

@@ -9,6 +9,7 @@ import typer
 from rich.markup import escape
 
 from study.commands.terminal import console, errors
+from study.errors import StudyError
 from study.pool_option import PoolProtocols
 
 if TYPE_CHECKING:
@@ -69,6 +70,11 @@ def whatif(
     from study.whatif.running import ask  # noqa: PLC0415
     from study.whatif_files import write_what_if  # noqa: PLC0415
 
+    if cross_validate == 1:
+        raise StudyError(
+            "--cross-validate: 1 given",
+            "With one part nothing is left to fit to: give 2 or more, or 0 for none.",
+        )
     asked = scorer or ["own"]
     regret = RegretSettings(horizon, draws, regret_choices, driver, seed)
     with console.status("Reading recordings") as status:
