@@ -29,6 +29,8 @@ SMALLEST_SCALE = 0.85
 SHRINK = 0.72
 """Text that does not fit may shrink to this share of its size before it counts as clipped."""
 LEADING = 1.42
+MOST_ALIKE = 512
+"""Small parts that look alike in several places: rows of health, a few kilobytes each."""
 BACKGROUND_ROOM = 64 << 20
 """Bytes of all backgrounds together: four that fill the largest window, or many small ones."""
 
@@ -79,12 +81,14 @@ class Canvas:
         self._sprites = Sprites()
         self._backgrounds = Kept(BACKGROUND_ROOM)
         self._parts: dict[Hashable, Part] = {}
+        self._alike: dict[Hashable, Part] = {}
 
     def rescale(self, scale: float) -> None:
         """Draw at another number of pixels to one design pixel from now on."""
         if scale != self.scale:
             self.scale = scale
             self._parts.clear()
+            self._alike.clear()
 
     @contextmanager
     def at(self, scale: float) -> Iterator[None]:
@@ -150,7 +154,12 @@ class Canvas:
         return found
 
     def remember(
-        self, name: Hashable, key: object, place: pygame.Rect, paint: Callable[[], None]
+        self,
+        name: Hashable,
+        key: object,
+        place: pygame.Rect,
+        paint: Callable[[], None],
+        alike: Hashable = None,
     ) -> None:
         """Paint a part of the screen, or repeat it as it was if its key is the same.
 
@@ -159,20 +168,33 @@ class Canvas:
             key: all that its look depends on; compared with the one before.
             place: all that it covers, pixels.
             paint: paints the place in full, on this canvas.
+            alike: its look but for the place, if others look the same: painted once for all.
         """
         place = place.clip(self.surface.get_rect())
         found = self._parts.get(name)
         if found is not None and found.place == place and found.key == key:
-            self.surface.blit(found.picture, place)
-            self.written += found.written
-            self.boxed += found.boxed
+            self._show(found)
+            return
+        twin = self._alike.get(alike) if self.watcher is None else None
+        if alike is not None and twin is not None and twin.place.size == place.size:
+            self._parts[name] = twin.elsewhere(place, key)
+            self._show(self._parts[name])
             return
         written, boxed = len(self.written), len(self.boxed)
         paint()
         picture = self.surface.subsurface(place).copy()
-        self._parts[name] = Part(
+        part = self._parts[name] = Part(
             place, key, picture, tuple(self.written[written:]), tuple(self.boxed[boxed:])
         )
+        if alike is not None:
+            self._alike[alike] = part
+            if len(self._alike) > MOST_ALIKE:
+                del self._alike[next(iter(self._alike))]
+
+    def _show(self, part: Part) -> None:
+        self.surface.blit(part.picture, part.place)
+        self.written += part.written
+        self.boxed += part.boxed
 
     def repeat(self, name: Hashable, key: object, within: pygame.Rect) -> bool:
         """Repeat what is remembered of a part in some rectangle of it; tell whether it could be."""
@@ -182,11 +204,6 @@ class Canvas:
         area = within.clip(found.place)
         self.surface.blit(found.picture, area, area.move(-found.place.left, -found.place.top))
         return True
-
-    def part_key(self, name: Hashable) -> object:
-        """Return the key under which a part was painted last, or None."""
-        found = self._parts.get(name)
-        return None if found is None else found.key
 
     def put(self, sprite: pygame.Surface, x: float, y: float, alpha: float = 1.0) -> None:
         """Draw a sprite with its middle at (x, y), whole pixels, at an opacity of 0 to 1."""

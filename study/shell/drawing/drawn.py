@@ -47,6 +47,15 @@ class Part:
     written: tuple[Written, ...]
     boxed: tuple[pygame.Rect, ...]
 
+    def elsewhere(self, place: pygame.Rect, key: object) -> Part:
+        """Return the same picture as a part in another place, under a key of its own."""
+        across, down = place.left - self.place.left, place.top - self.place.top
+        written = tuple(
+            dataclasses.replace(text, place=text.place.move(across, down)) for text in self.written
+        )
+        boxed = tuple(box.move(across, down) for box in self.boxed)
+        return Part(place, key, self.picture, written, boxed)
+
 
 Watcher = Callable[[pygame.Surface, Written | Boxed], None]
 """Told of each text and box just before it is drawn, with the surface as it is then."""

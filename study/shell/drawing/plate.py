@@ -268,12 +268,13 @@ def draw_health(canvas: Canvas, row: HealthRow, tile: Tile, *, boxed: bool) -> N
     edge = max(1, round(height * 0.1))
     canvas.box(bar, canvas.u(2), palette.CARD, palette.INK, edge)
     inside = bar.inflate(-2 * edge, -2 * edge)
-    share = min(1.0, max(0.0, tile.health / 100))
+    # As much as the number says: rows that say the same look the same.
+    share = min(1.0, max(0.0, round(tile.health) / 100))
     colour = palette.VERMILLION if tile.health < LOW_HEALTH else palette.GREEN
     filled = round(inside.width * share)
     canvas.surface.fill(colour, (inside.left, inside.top, filled, inside.height))
     if tile.cue is not None and tile.cue.kind == "damage":
-        lost = round(inside.width * min(1.0 - share, abs(tile.cue.amount) / 100))
+        lost = round(inside.width * min(1.0 - share, abs(round(tile.cue.amount, 1)) / 100))
         if lost > 1:
             _lost_health(canvas, pygame.Rect(inside.left + filled, inside.top, lost, inside.height))
 

@@ -89,7 +89,7 @@ class Looks(NamedTuple):
     """
 
     still: object
-    health: object
+    health: tuple[object, ...]
     body: Body
     shot: int = -1
 
@@ -104,7 +104,14 @@ def looks_of(scene: Scene, shown: TileView) -> Looks:
     ground = plate.plate_colour(place, tile, look)
     return Looks(
         still=(scene, place, cue, look, _has_picture(scene, shown)),
-        health=(place, ground, look.driven, round(tile.health), lost),
+        health=(
+            place,
+            ground,
+            look.driven,
+            round(tile.health),
+            tile.health < plate.LOW_HEALTH,
+            lost,
+        ),
         body=_body_of(scene, shown),
         shot=-1 if shown.shot is None else shown.shot.number,
     )
@@ -204,6 +211,7 @@ def draw_tile(canvas: Canvas, scene: Scene, shown: TileView, looks: Looks | None
             looks.health,
             row.place,
             lambda: plate.draw_health(canvas, row, tile, boxed=look.driven),
+            alike=(row.place.size, row.text, row.pad, looks.health[1:]),
         )
     if _has_picture(scene, shown):
         canvas.remember(
