@@ -139,7 +139,7 @@ def test_add_a_task(add: Callable[[str], str], tmp_path: Path) -> None:
     robots = StudyTables(load_recordings([recording])).frame("robots")
     driven = robots[robots["action_source"] == "operator"]
     # The simulated participant turns robots that show no heading: one key is enough here.
-    assert set() < set(driven["action"]) <= {"left", "right"}
+    assert set() < set(driven["action"]) <= {"go left", "go right"}
     assert robots["reward"].max() >= 0.9
 
 
