@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
 import pytest
 
 from extras import need
 from protocols import in_doom
+from seen_inputs import SeenInputs
 from study.commands.recorded_scorers import recorded_weights
 from study.commands.simulating import simulated_assignments
-from study.commands.unrecorded import NoRecorder, run_unrecorded
-from study.events.fields import Record
-from study.events.inputs import FleetObserved, Input
+from study.commands.unrecorded import run_unrecorded
+from study.events.inputs import FleetObserved
 from study.loading import load_protocol
 from study.messages import messages_for
 from study.shell.drawing.pictures import Pictures
@@ -38,35 +35,14 @@ SMALLER = (
 )
 QUARTERS = (0.0, 0.3, 0.6, 0.9)
 
-Shots = npt.NDArray[np.uint8]
-
-
-class _Seen(NoRecorder):
-    """Keeps the inputs of a session, and the pictures that came before each answer."""
-
-    def __init__(self) -> None:
-        self.inputs: list[Input] = []
-        self.pictures: dict[int, Shots] = {}
-        self._newest: Shots | None = None
-
-    def take(self, pictures: Shots) -> None:
-        self._newest = pictures
-
-    def write_together(self, records: Sequence[tuple[Record, int]]) -> int:
-        given: Input = records[0][0]  # type: ignore[assignment]
-        self.inputs.append(given)
-        if isinstance(given, FleetObserved) and self._newest is not None:
-            self.pictures[given.request_id], self._newest = self._newest, None
-        return 0
-
 
 @pytest.fixture(scope="module")
-def seen(tmp_path_factory: pytest.TempPathFactory) -> _Seen:
+def seen(tmp_path_factory: pytest.TempPathFactory) -> SeenInputs:
     """A session in DOOM, and what the participant saw in it."""
     need("vizdoom")
     loaded = load_protocol(str(in_doom(tmp_path_factory.mktemp("doom"), *SMALLER)))
     (assignment,) = simulated_assignments(loaded, 1, seed=3)
-    kept = _Seen()
+    kept = SeenInputs()
     run_unrecorded(
         loaded,
         assignment,
@@ -80,7 +56,7 @@ def seen(tmp_path_factory: pytest.TempPathFactory) -> _Seen:
     return kept
 
 
-def test_with_the_engine_every_tic_is_seen_again(seen: _Seen) -> None:
+def test_with_the_engine_every_tic_is_seen_again(seen: SeenInputs) -> None:
     """From seeds and actions alone each of the four pictures a timestep comes back, to the byte."""
     head, pictures, compared = Head(), Pictures(), 0
     with closing(Camera()) as camera:
@@ -101,7 +77,7 @@ def test_with_the_engine_every_tic_is_seen_again(seen: _Seen) -> None:
 
 
 def test_without_the_engine_all_pictures_are_missing(
-    seen: _Seen, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    seen: SeenInputs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Nothing fails: tiles are told that there is no picture, and draw the map."""
     (tmp_path / "sitecustomize.py").write_text('import sys\nsys.modules["vizdoom"] = None\n')

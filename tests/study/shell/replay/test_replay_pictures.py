@@ -8,14 +8,13 @@ from contextlib import closing
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
 from protocols import variant
+from seen_inputs import SeenInputs, Shots
 from study.commands.recorded_scorers import recorded_weights
 from study.commands.simulating import simulated_assignments
-from study.commands.unrecorded import NoRecorder, run_unrecorded
-from study.events.fields import Record
+from study.commands.unrecorded import run_unrecorded
 from study.events.inputs import FleetObserved, Input, SessionOpened
 from study.loading import load_protocol
 from study.messages import messages_for
@@ -37,36 +36,15 @@ SHORTER = (
     ("at_least = 4", "at_least = 2"),
 )
 
-Shots = npt.NDArray[np.uint8]
-
-
-class _Inputs(NoRecorder):
-    """Keeps the inputs of a session, and the pictures that came before each answer."""
-
-    def __init__(self) -> None:
-        self.inputs: list[Input] = []
-        self.pictures: dict[int, Shots] = {}
-        self._newest: Shots | None = None
-
-    def take(self, pictures: Shots) -> None:
-        self._newest = pictures
-
-    def write_together(self, records: Sequence[tuple[Record, int]]) -> int:
-        given: Input = records[0][0]  # type: ignore[assignment]
-        self.inputs.append(given)
-        if isinstance(given, FleetObserved) and self._newest is not None:
-            self.pictures[given.request_id], self._newest = self._newest, None
-        return 0
-
 
 @pytest.fixture(scope="module")
-def seen(tmp_path_factory: pytest.TempPathFactory) -> _Inputs:
+def seen(tmp_path_factory: pytest.TempPathFactory) -> SeenInputs:
     """A session on slippery ice, and what the participant saw in it."""
     loaded = load_protocol(
         str(variant(tmp_path_factory.mktemp("ice"), *SHORTER, base="frozen_lake"))
     )
     (assignment,) = simulated_assignments(loaded, 1, seed=3)
-    kept = _Inputs()
+    kept = SeenInputs()
     run_unrecorded(
         loaded,
         assignment,
@@ -93,7 +71,7 @@ def shown(pictures: Pictures, robots: int) -> list[Shots | None]:
     return [pictures.of(robot).pixels for robot in range(robots)]
 
 
-def test_pictures_are_taken_again_as_they_were(seen: _Inputs) -> None:
+def test_pictures_are_taken_again_as_they_were(seen: SeenInputs) -> None:
     """From seeds and actions alone every robot's every picture comes back, to the byte."""
     pictures, compared = Pictures(), 0
     with closing(Camera()) as camera:
@@ -109,7 +87,7 @@ def test_pictures_are_taken_again_as_they_were(seen: _Inputs) -> None:
     assert compared > 60
 
 
-def test_going_back_shows_what_was_there(seen: _Inputs) -> None:
+def test_going_back_shows_what_was_there(seen: SeenInputs) -> None:
     """A fork of an earlier moment is shown after a later one."""
     forks, later = [], None
     for head, given in heads(seen.inputs):
@@ -127,13 +105,13 @@ def test_going_back_shows_what_was_there(seen: _Inputs) -> None:
                 assert pixels.tobytes() == before.tobytes()
 
 
-def test_nobody_takes_pictures_while_nobody_looks(seen: _Inputs) -> None:
+def test_nobody_takes_pictures_while_nobody_looks(seen: SeenInputs) -> None:
     """In phase four, whose robots are not shown, none are taken."""
     answered = [given for given in seen.inputs if isinstance(given, FleetObserved)]
     assert 0 < len(seen.pictures) < len(answered)
 
 
-def test_states_that_differ_have_no_picture(seen: _Inputs) -> None:
+def test_states_that_differ_have_no_picture(seen: SeenInputs) -> None:
     """Where the task stepped again comes to another state, the picture is missing."""
     stage = Stage("gymnasium:FrozenLake-v1", {})
     states = np.zeros((2, 16), np.float32)
@@ -153,7 +131,7 @@ def test_states_that_differ_have_no_picture(seen: _Inputs) -> None:
     ids=["unknown", "imports", "wrong"],
 )
 def test_what_cannot_be_drawn_is_missing(
-    seen: _Inputs, change: tuple[str, str], tmp_path: Path
+    seen: SeenInputs, change: tuple[str, str], tmp_path: Path
 ) -> None:
     """An unknown task, one that would be imported, or a wrong protocol: no picture."""
     head = next(head for head, given in heads(seen.inputs) if isinstance(given, FleetObserved))
@@ -166,7 +144,9 @@ def test_what_cannot_be_drawn_is_missing(
     assert shown(pictures, len(film.episodes)) == [None] * len(film.episodes)
 
 
-def test_no_recording_has_a_module_imported(seen: _Inputs, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_recording_has_a_module_imported(
+    seen: SeenInputs, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A recording may come from anybody: one that names a module starts no process at all."""
 
     def refuse(*_: object) -> None:
@@ -182,7 +162,7 @@ def test_no_recording_has_a_module_imported(seen: _Inputs, monkeypatch: pytest.M
         camera.show(named, Pictures())
 
 
-def test_a_film_waits_for_the_answer(seen: _Inputs) -> None:
+def test_a_film_waits_for_the_answer(seen: SeenInputs) -> None:
     """Between the question and the answer the film stands where the screen stands."""
     film, opened = Film(), 0
     for head, given in heads(seen.inputs):
