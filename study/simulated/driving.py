@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from study.screens import Tile
+from study.simulated.backing import Backing
 from study.simulated.parameters import OperatorParameters
 from study.simulated.planner import Plan, difference
 from study.simulated.ways import Way
@@ -49,14 +50,13 @@ class Driver:
         self._random = random
         self._tolerance = math.radians(parameters.turn_step_deg * parameters.heading_tolerance)
         self._back_out = math.radians(parameters.back_out_deg)
+        self._backing = Backing(parameters.forward_step_m, _STALLED_TIMESTEPS, _REVERSING_TIMESTEPS)
         self.begin()
 
     def begin(self) -> None:
         """Start on another robot, or on the same one's new episode."""
         self._key = ""
-        self._place: tuple[float, float] | None = None
-        self._stalled = 0
-        self._reversing = 0
+        self._backing.begin()
         self._fetching = False
         self._packs_help = True
         self._vain = 0
@@ -73,16 +73,12 @@ class Driver:
         if self._key and self._random.random() < self._parameters.steering_lapse:
             wanted = self._key
         self._key = wanted
-        self._place = (tile.x, tile.y)
+        self._backing.note(wanted, tile)
         self._health = tile.health
         return wanted
 
     def _wanted(self, plan: Plan, tile: Tile) -> str:
-        if self._reversing > 0:
-            self._reversing -= 1
-            return "down"
-        if self._is_stalled(tile):
-            self._reversing = _REVERSING_TIMESTEPS - 1
+        if self._backing.is_due(tile):
             return "down"
         cell = plan.cell(tile.x, tile.y)
         self._fetching = self._wants_pack(plan, tile, cell)
@@ -101,18 +97,6 @@ class Driver:
         if turn < -self._tolerance:
             return "right"
         return "" if at_pack else "up"
-
-    def _is_stalled(self, tile: Tile) -> bool:
-        """Notice that the robot does not move although it is driven forward."""
-        if self._key != "up" or self._place is None:
-            self._stalled = 0
-            return False
-        moved = math.hypot(tile.x - self._place[0], tile.y - self._place[1])
-        self._stalled = self._stalled + 1 if moved < 0.2 * self._parameters.forward_step_m else 0
-        if self._stalled < _STALLED_TIMESTEPS:
-            return False
-        self._stalled = 0
-        return True
 
     def _wants_pack(self, plan: Plan, tile: Tile, cell: int) -> bool:
         """Return whether to go for, or stay at, a health pack."""

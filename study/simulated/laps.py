@@ -16,6 +16,7 @@ from scipy.interpolate import CubicSpline
 
 from study.events.scene import DiscMark, Scene
 from study.screens import FleetScreen, Tile
+from study.simulated.backing import Backing
 from study.simulated.parameters import OperatorParameters
 from study.simulated.planner import difference
 
@@ -128,14 +129,13 @@ class LapSkill:
         self._scene: Scene | None = None
         self._buckets: tuple[DiscMark, ...] = ()
         self._others: tuple[Tile, ...] = ()
+        self._backing = Backing(STEP_M, _STALLED_TIMESTEPS, _REVERSING_TIMESTEPS)
         self.begin()
 
     def begin(self) -> None:
         """Start on another robot, or on the same one's new episode."""
         self._key = ""
-        self._place: tuple[float, float] | None = None
-        self._stalled = 0
-        self._reversing = 0
+        self._backing.begin()
         self._waited = 0
 
     def read(self, screen: FleetScreen) -> LapWay:
@@ -155,17 +155,14 @@ class LapSkill:
         wanted = self._wanted(tile)
         if self._key and self._random.random() < self._parameters.steering_lapse:
             wanted = self._key
-        self._key, self._place = wanted, (tile.x, tile.y)
+        self._key = wanted
+        self._backing.note(wanted, tile)
         return wanted
 
     def _wanted(self, tile: Tile) -> str:
         if self._way is None or self._scene is None:
             return ""
-        if self._reversing > 0:
-            self._reversing -= 1
-            return "down"
-        if self._is_stalled(tile):
-            self._reversing = _REVERSING_TIMESTEPS - 1
+        if self._backing.is_due(tile):
             return "down"
         aim_x, aim_y = self._way.ahead(tile.x, tile.y)
         course = math.atan2(aim_y - tile.y, aim_x - tile.x)
@@ -175,7 +172,8 @@ class LapSkill:
             self._waited += 1
             if self._waited < _WAIT_TIMESTEPS:
                 return ""
-            self._waited, self._reversing = 0, _REVERSING_TIMESTEPS - 1
+            self._waited = 0
+            self._backing.start()
             return "down"
         self._waited = 0
         turn = difference(free, tile.heading)
@@ -204,16 +202,4 @@ class LapSkill:
             for bucket in self._buckets:
                 if math.hypot(bucket.x - x, bucket.y - y) < bucket.radius + keep:
                     return False
-        return True
-
-    def _is_stalled(self, tile: Tile) -> bool:
-        """Notice that the robot does not move although it is driven forward."""
-        if self._key != "up" or self._place is None:
-            self._stalled = 0
-            return False
-        moved = math.hypot(tile.x - self._place[0], tile.y - self._place[1])
-        self._stalled = self._stalled + 1 if moved < 0.2 * STEP_M else 0
-        if self._stalled < _STALLED_TIMESTEPS:
-            return False
-        self._stalled = 0
         return True
