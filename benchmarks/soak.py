@@ -19,41 +19,28 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import dataclasses
 import os
-import random
 import re
-import socket
 import subprocess
 import sys
 import tempfile
 import threading
-import time
 import zlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "support")]
+from benchmarks.pressed_sessions import ROOT, Played, fleet_runs, print_timing, run_one
+from study.commands import composing
+from study.events.fields import Record
+from study.recording.failover import FailoverRecorder
+from study.recording.parts import read_session
+from study.recording.wire import encode
+from study.verification import verify
 
-from benchmarks.memory_series import MemorySeries  # noqa: E402
-from study.commands import composing  # noqa: E402
-from study.console.finding import find_sessions  # noqa: E402
-from study.console.wire import Ended, Status, parse_said  # noqa: E402
-from study.events.fields import Record  # noqa: E402
-from study.events.shell import TrialTiming  # noqa: E402
-from study.recording.failover import FailoverRecorder  # noqa: E402
-from study.recording.parts import read_session  # noqa: E402
-from study.recording.wire import encode  # noqa: E402
-from study.verification import verify  # noqa: E402
-from x11_driver import Hands, x_server  # noqa: E402
-
-LONGEST_START_S = 120.0
 JUDGED_MINUTES = 20.0
 MOST_MIB_AN_HOUR = 1.0
 BEFORE_BLOCKS_S = 280.0
 PRACTICE_AND_SURVEYS_S = 60.0
-PHASE_FOUR = 4
 
 
 class LoggedRecorder(FailoverRecorder):
@@ -92,6 +79,11 @@ def seat(log: str, words: list[str]) -> None:
     study()
 
 
+def seat_of(who: Played) -> list[str]:
+    """Return what Python is given to be `seat` of a session."""
+    return ["-m", "benchmarks.soak", "--seat", str(who.folder / "log")]
+
+
 def stretched(folder: Path, minutes: float) -> Path:
     """Write the pilot protocol so that a session takes about so long; return its path.
 
@@ -111,134 +103,6 @@ def stretched(folder: Path, minutes: float) -> Path:
     return path
 
 
-@dataclasses.dataclass
-class Soaked:
-    """What one session came to.
-
-    Attributes:
-        participant: whose.
-        folder: of its recording and log.
-        memory: of its processes, second by second.
-        states: how many the link told.
-        unsaved_s: the oldest that a record not on disk was said to be.
-        ended: how it ended; None if it did not.
-        cause: what went wrong while pressing keys; None if nothing did.
-    """
-
-    participant: str
-    folder: Path
-    memory: MemorySeries = dataclasses.field(default_factory=MemorySeries)
-    states: int = 0
-    unsaved_s: float = 0.0
-    ended: Ended | None = None
-    cause: BaseException | None = None
-
-
-class Player:
-    """Presses the keys of one session."""
-
-    def __init__(self, hands: Hands, found: Soaked, seed: int) -> None:
-        self._hands = hands
-        self._found = found
-        self._random = random.Random(seed)  # noqa: S311 - nothing secret
-        self._status: Status | None = None
-
-    def play(self, path: Path) -> None:
-        """Go through to the end."""
-        with socket.socket(socket.AF_UNIX) as link:
-            link.connect(str(path))
-            link.setblocking(False)  # noqa: FBT003
-            come = b""
-            while self._found.ended is None:
-                with contextlib.suppress(BlockingIOError):
-                    data = link.recv(1 << 18)
-                    if not data:
-                        return
-                    come += data
-                *lines, come = come.split(b"\n")
-                for line in lines:
-                    self._hear(parse_said(line))
-                if self._status is not None:
-                    self._act(self._status)
-
-    def _hear(self, said: object) -> None:
-        if isinstance(said, Ended):
-            self._found.ended = said
-        elif isinstance(said, Status):
-            self._found.states += 1
-            self._found.unsaved_s = max(self._found.unsaved_s, said.disk.unsaved_s)
-            self._status = said
-            self._found.memory.place = f"phase {said.place.phase} block {said.place.block}"
-
-    def _act(self, status: Status) -> None:
-        hands, chance, place = self._hands, self._random, status.place
-        if status.state == "paused":
-            hands.focus_whatever_is_there()
-            hands.tap("return")
-            time.sleep(0.3)
-        elif status.trial is not None and place.phase < PHASE_FOUR:
-            if place.phase in (2, 3) and chance.random() < 0.3:
-                hands.tap(chance.choice(["1", "2", "3", "4", "tab"]))
-            keys = ["up", "up", "up", "left", "right", "down"]
-            hands.tap(chance.choice(keys), hold_s=chance.choice([0.02, 0.15, 0.3]))
-        elif place.kind == "survey":
-            for key in (chance.choice("1234567"), chance.choice("1234567"), "return"):
-                hands.tap(key)
-            time.sleep(0.3)
-        elif place.name == "thanks":
-            hands.key("return", down=True)
-            time.sleep(0.5)
-        elif place.kind in ("pages", "trial", "reveal") and place.phase < PHASE_FOUR:
-            hands.focus_whatever_is_there()
-            hands.tap("return")
-            time.sleep(0.3)
-        else:
-            time.sleep(0.1)
-
-
-def run_one(protocol: Path, found: Soaked, seed: int) -> None:
-    """Run one session from welcome to thanks."""
-    found.folder.mkdir(parents=True)
-    stop = threading.Event()
-    with x_server() as display:
-        environment = os.environ | {
-            "DISPLAY": display, "SDL_VIDEODRIVER": "x11", "SDL_AUDIODRIVER": "dummy",
-            "PYTHONPATH": str(ROOT),
-        }  # fmt: skip
-        command = [sys.executable, "-m", "benchmarks.soak", "--seat", str(found.folder / "log")]
-        command += ["run", str(protocol), "-p", found.participant, "-o", str(found.folder)]
-        with (found.folder / "said").open("wb") as said:
-            study = subprocess.Popen(
-                command, env=environment, cwd=ROOT, stdout=said, stderr=subprocess.STDOUT
-            )
-        watch = threading.Thread(target=found.memory.follow, args=(study.pid, stop))
-        watch.start()
-        hands = Hands(display)
-        try:
-            hands.wait_for_window()
-            Player(hands, found, seed).play(socket_of(found.participant))
-            study.wait(60)
-        except BaseException as error:
-            found.cause = error
-        finally:
-            stop.set()
-            watch.join()
-            hands.close()
-            study.terminate()
-            study.wait(60)
-
-
-def socket_of(participant: str) -> Path:
-    """Wait until a participant's session can be found; return its socket."""
-    until = time.monotonic() + LONGEST_START_S
-    while time.monotonic() < until:
-        for each in find_sessions():
-            if each.status and each.status.facts.participant == participant:
-                return each.path
-        time.sleep(0.2)
-    raise TimeoutError(f"no session of {participant}")
-
-
 @contextlib.contextmanager
 def hog(*, wanted: bool) -> Iterator[None]:
     """Let a process take all the CPU time that it gets."""
@@ -253,7 +117,7 @@ def hog(*, wanted: bool) -> Iterator[None]:
         process.wait()
 
 
-def lost(found: Soaked) -> tuple[int, int, list[int]]:
+def lost(found: Played) -> tuple[int, int, list[int]]:
     """Return how many records were accepted, how many timesteps among them, and what lacks."""
     accepted: dict[int, tuple[str, int]] = {}
     for line in (found.folder / "log").read_text().splitlines():
@@ -267,7 +131,7 @@ def lost(found: Soaked) -> tuple[int, int, list[int]]:
     return len(accepted), steps, missing
 
 
-def report(found: Soaked, *, judge_memory: bool) -> bool:
+def report(found: Played, *, judge_memory: bool) -> bool:
     """Print what a session came to; return whether all was well."""
     print(f"\n{found.participant}:")
     if found.cause is not None or found.ended is None or not found.ended.complete:
@@ -285,28 +149,10 @@ def report(found: Soaked, *, judge_memory: bool) -> bool:
         print(f"  memory of {name}: {grown.sentence}")
         if judge_memory and name == "study":
             well = well and grown.floor is not None and grown.floor < MOST_MIB_AN_HOUR
-    timings = [r for _, r in read_session(path).records(TrialTiming.topic)]
-    print_timing([r for r in timings if isinstance(r, TrialTiming) and r.frames])
+    print_timing([timing for group in fleet_runs(path).values() for timing in group])
     oldest = f"oldest unsaved record {found.unsaved_s:.2f} s"
     print(f"  {found.states:,} states told by the link; {oldest}")
     return well
-
-
-def print_timing(timings: list[TrialTiming]) -> None:
-    """Print how punctual pictures and timesteps of all fleet runs were."""
-    frames = sum(t.frames for t in timings)
-    late = sum(t.late_frames for t in timings)
-    worst = max(t.frame_max for t in timings)
-    p99 = max(t.frame_p99 for t in timings)
-    print(f"  {len(timings)} fleet runs, {frames:,} pictures: {late:,} late ({late / frames:.2%}), "
-          f"worst p99 {1e3 * p99:.1f} ms, longest {1e3 * worst:.1f} ms")  # fmt: skip
-    steps = [t for t in timings if t.timesteps]
-    if steps:
-        count = sum(t.timesteps for t in steps)
-        longest = max(t.timestep_max for t in steps)
-        gap = max(t.poll_gap_max for t in steps)
-        print(f"  {count:,} intervals between timesteps, longest {1e3 * longest:.1f} ms; "
-              f"longest between two looks at the keys {1e3 * gap:.1f} ms")  # fmt: skip
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -328,11 +174,11 @@ def main(words: Sequence[str] | None = None) -> int:
         tempfile.tempdir = place
         protocol = stretched(Path(place), given.minutes)
         people = [
-            Soaked(f"P{number:02}", Path(place) / f"P{number:02}")
+            Played(f"P{number:02}", Path(place) / f"P{number:02}")
             for number in range(1, given.participants + 1)
         ]
         threads = [
-            threading.Thread(target=run_one, args=(protocol, who, number))
+            threading.Thread(target=run_one, args=(protocol, who, number, seat_of(who)))
             for number, who in enumerate(people)
         ]
         with hog(wanted=not given.no_hog):

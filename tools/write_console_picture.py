@@ -23,7 +23,8 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "support")]
 from textual.pilot import Pilot  # noqa: E402
 from textual.widgets import Input  # noqa: E402
 
-from benchmarks.soak import Player, Soaked, socket_of, stretched  # noqa: E402
+from benchmarks.pressed_sessions import Played, Player, socket_of  # noqa: E402
+from benchmarks.soak import stretched  # noqa: E402
 from real_study import real_study  # noqa: E402
 from study.console.app import ConsoleApp  # noqa: E402
 from study.console.watching import WatchScreen  # noqa: E402
@@ -69,7 +70,7 @@ async def watch(path: Path, drawing: Path) -> None:
         await picture(pilot, app, path, drawing)
 
 
-def go_through(hands: Hands, found: Soaked, path: Path) -> None:
+def go_through(hands: Hands, found: Played, path: Path) -> None:
     """Press the session's keys; where that fails, say so past Textual, which takes what is said."""
     try:
         Player(hands, found, seed=1).play(path)
@@ -95,7 +96,7 @@ def main() -> int:
         os.environ |= {"XDG_RUNTIME_DIR": place, "TMPDIR": place}
         tempfile.tempdir = place
         protocol = stretched(Path(place), 7.5)
-        found = Soaked("P01", Path(place) / "recordings")
+        found = Played("P01", Path(place) / "recordings")
         with real_study(str(protocol), found.folder) as (hands, _):
             hands.wait_for_window()
             path = socket_of("P01")

@@ -10,32 +10,25 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
-import time
 from contextlib import closing, suppress
 from pathlib import Path
 
 os.environ["SDL_VIDEODRIVER"] = "dummy"
 
-import pygame
-from PIL import Image
-
-from study.commands.composing import session_opened, start_failover_recorder
-from study.commands.recorded_scorers import recorded_weights
-from study.commands.simulating import simulated_assignments
-from study.errors import StudyError
-from study.loading import load_protocol
-from study.screens import FleetScreen, PageScreen, Screen
-from study.session.session import Session
-from study.shell.conductor import Conductor
-from study.shell.fitting import InlineFitter
-from study.shell.fleet import open_fleet
-from study.shell.live_loop import LiveClock, LiveLoop
-from study.shell.raw_inputs import RawInput, RawKey
-from study.shell.window import Window
-from study.simulated.operator import SimulatedOperator
-from study.simulated.parameters import draw_parameters
-
 ROOT = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "support")]
+
+import pygame  # noqa: E402
+from PIL import Image  # noqa: E402
+
+from operated_window import OperatedWindow, go_through  # noqa: E402
+from study.commands.composing import session_opened, start_failover_recorder  # noqa: E402
+from study.commands.simulating import simulated_assignments  # noqa: E402
+from study.errors import StudyError  # noqa: E402
+from study.loading import load_protocol  # noqa: E402
+from study.screens import FleetScreen, PageScreen, Screen  # noqa: E402
+from study.shell.raw_inputs import RawInput  # noqa: E402
+
 IMAGES = ROOT / "docs" / "images"
 SIZE, COLOURS = (1280, 960), 64
 ROBOTS, TIMESTEP = 12, 110
@@ -46,31 +39,22 @@ SHORTER = (
     ("trials = 6", "trials = 1"),
     ("trial_timesteps = 350", "trial_timesteps = 60"),
 )
-QUICK = {"words_per_second": 1000.0, "page_minimum_s": 0.3, "answer_delay_s": 0.05}
 
 
 class AllPicturedError(Exception):
     """The session need not go on."""
 
 
-class PicturedWindow(Window):
+class PicturedWindow(OperatedWindow):
     """A window at which a simulated participant sits, and which is pictured."""
 
-    operator: SimulatedOperator
-    clock: LiveClock
     missing: set[str]
 
     def poll(self) -> list[RawInput]:
-        """Return what the participant presses at what is shown; close it when all is pictured."""
-        super().poll()
+        """Return what the participant presses; close the window when all is pictured."""
         if not self.missing:
             raise AllPicturedError
-        screen = self.screen
-        if screen is None:
-            return []
-        now = time.perf_counter_ns()
-        strokes = self.operator.act(screen, self.clock.now())
-        return [RawKey(stroke.key, stroke.down, now, 0) for stroke in strokes]
+        return super().poll()
 
     def present(self) -> None:
         """Present, and save what the docs show."""
@@ -118,23 +102,12 @@ def main() -> int:
             for each in simulated_assignments(loaded, 2, seed=SEED)
             if each.order[0] == "manual"
         )
-        opened, clock = session_opened(loaded, assignment), LiveClock()
-        task = loaded.protocol.task
+        opened = session_opened(loaded, assignment)
         recorder = start_failover_recorder(Path(folder), loaded, opened)
-        fleet = open_fleet(task.name, task.parameters)
-        fitter = InlineFitter(loaded.description, recorded_weights(loaded))
-        with closing(fleet), closing(fitter), closing(PicturedWindow(SIZE)) as window:
-            window.operator = SimulatedOperator(
-                draw_parameters(SEED, 0).model_copy(update=QUICK), SEED
-            )
-            window.clock, window.missing = clock, {"doom", "doom_page"}
-            conductor = Conductor(
-                Session(), recorder, fleet, fitter,
-                epoch_ns=0, waits_for_disk=False, on_pictures=window.pictures.take,
-            )  # fmt: skip
-            conductor.feed(opened)
+        with closing(PicturedWindow(SIZE, SEED, page_minimum_s=0.3)) as window:
+            window.missing = {"doom", "doom_page"}
             with suppress(AllPicturedError):
-                LiveLoop(conductor, window, recorder, clock).run()
+                go_through(window, loaded, opened, recorder)
             missing = window.missing
         recorder.close()
     return len(missing)

@@ -14,13 +14,20 @@ from study.arena.physics import ArenaPhysics, load_mujoco
 
 Picture = npt.NDArray[np.uint8]
 
-_FLOOR, _WALL, _BUCKET, _OTHER, _OWN = (
-    (204, 204, 199),
+_Canvas = npt.NDArray[np.float64]
+_Colour = tuple[int, int, int]
+
+_FLOOR, _WALL, _BUCKET, _OTHER, _OWN, _BEAKS, _LINE = (
+    (226, 226, 221),
     (115, 120, 128),
     (242, 191, 38),
     (148, 60, 50),
     (41, 120, 181),
+    (30, 33, 38),
+    (140, 145, 152),
 )
+_BEAK = 1.9
+"""How far it reaches from a robot's middle, robot radii: a robot is a few pixels wide."""
 
 
 class Cameras(Protocol):
@@ -71,7 +78,7 @@ class FrontCameras:
 
 
 class ViewFromAbove:
-    """The whole arena from above, the robot itself in blue, its nose a dot.
+    """The whole arena from above, the robot itself in blue; a beak shows where each is headed.
 
     Args:
         physics: the world.
@@ -80,33 +87,49 @@ class ViewFromAbove:
     def __init__(self, physics: ArenaPhysics) -> None:
         self._physics = physics
         course = physics.course
-        scale = max(course.width / FRAME_WIDTH, course.height / FRAME_HEIGHT)
+        self._scale = max(course.width / FRAME_WIDTH, course.height / FRAME_HEIGHT)
         columns, rows = np.arange(FRAME_WIDTH), np.arange(FRAME_HEIGHT)[::-1]
-        self._x = ((columns + 0.5) * scale)[None, :]
-        self._y = ((rows + 0.5) * scale)[:, None]
+        self._x = ((columns + 0.5) * self._scale)[None, :]
+        self._y = ((rows + 0.5) * self._scale)[:, None]
         self._empty = self._drawn_empty(course)
-
-    def _drawn_empty(self, course: Course) -> Picture:
-        picture = np.full((FRAME_HEIGHT, FRAME_WIDTH, 3), _FLOOR, np.uint8)
-        picture[(self._x > course.width) | (self._y > course.height)] = _WALL
-        for bucket in course.buckets:
-            self._disc(picture, bucket.x, bucket.y, bucket.radius, _BUCKET)
-        return picture
-
-    def _disc(
-        self, picture: Picture, x: float, y: float, radius: float, colour: tuple[int, int, int]
-    ) -> None:
-        picture[(self._x - x) ** 2 + (self._y - y) ** 2 <= radius**2] = colour
 
     def picture(self, robot: int) -> Picture:
         """Return one robot's frame, uint8 [`FRAME_HEIGHT`, `FRAME_WIDTH`, 3]."""
         picture = self._empty.copy()
-        for number, (x, y, heading) in enumerate(self._physics.poses()):
+        poses = list(enumerate(self._physics.poses()))
+        # The robot itself last: where two touch, it is the one to be seen.
+        for number, (x, y, heading) in sorted(poses, key=lambda each: each[0] == robot):
+            reach = _BEAK * ROBOT_RADIUS
+            tip = (x + reach * math.cos(heading), y + reach * math.sin(heading))
+            self._paint(picture, self._from_line((x, y), tip) - 0.3 * ROBOT_RADIUS, _BEAKS)
             self._disc(picture, x, y, ROBOT_RADIUS, _OWN if number == robot else _OTHER)
-            nose = 0.6 * ROBOT_RADIUS
-            nose_x, nose_y = x + nose * math.cos(heading), y + nose * math.sin(heading)
-            self._disc(picture, nose_x, nose_y, 0.03, (255, 255, 255))
-        return picture
+        return picture.astype(np.uint8)
 
     def close(self) -> None:
         """Do nothing: it holds memory only."""
+
+    def _drawn_empty(self, course: Course) -> _Canvas:
+        picture = np.full((FRAME_HEIGHT, FRAME_WIDTH, 3), _FLOOR, np.float64)
+        beyond = np.maximum(self._x - course.width, self._y - course.height)
+        self._paint(picture, -beyond, _WALL)
+        finish = course.gates[-1]
+        ends = (finish.inner_x, finish.inner_y), (finish.outer_x, finish.outer_y)
+        self._paint(picture, self._from_line(*ends) - 0.5 * self._scale, _LINE)
+        for bucket in course.buckets:
+            self._disc(picture, bucket.x, bucket.y, bucket.radius, _BUCKET)
+        return picture
+
+    def _from_line(self, start: tuple[float, float], end: tuple[float, float]) -> _Canvas:
+        """Return how far each pixel is from a line, metres."""
+        along = np.subtract(end, start)
+        x, y = self._x - start[0], self._y - start[1]
+        share = np.clip((x * along[0] + y * along[1]) / (along @ along), 0, 1)
+        return np.hypot(x - share * along[0], y - share * along[1])
+
+    def _disc(self, picture: _Canvas, x: float, y: float, radius: float, colour: _Colour) -> None:
+        self._paint(picture, np.hypot(self._x - x, self._y - y) - radius, colour)
+
+    def _paint(self, picture: _Canvas, distance: _Canvas, colour: _Colour) -> None:
+        """Paint a shape with a smooth edge, given how far outside of it each pixel is, metres."""
+        cover = np.clip(0.5 - distance / self._scale, 0, 1)[..., None]
+        picture += cover * (np.array(colour) - picture)

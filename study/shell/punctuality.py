@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,9 @@ from study.events.shell import TrialTiming
 SECOND = 1_000_000_000
 LATE_PERIODS = 1.2
 """A picture later than this many periods of the display after the one before is late."""
+RESOLUTION_NS = 10_000
+"""Intervals are counted in steps of so much: a fleet run of hours takes no more memory than a short
+one, though the keys are looked at hundreds of times a second."""
 
 
 class Punctuality:
@@ -23,20 +27,22 @@ class Punctuality:
 
     def __init__(self, period_ns: int) -> None:
         self._period_ns = period_ns
-        self._frames: list[int] = []
-        self._timesteps: list[int] = []
-        self._polls: list[int] = []
+        self._frames = _Intervals()
+        self._timesteps = _Intervals()
+        self._polls = _Intervals()
+        self._late_frames = 0
         self._last_timestep_ns = -1
         self._last_poll_ns = -1
 
     def frame(self, interval_ns: int) -> None:
         """A picture was shown so long after the one before."""
-        self._frames.append(interval_ns)
+        self._frames.add(interval_ns)
+        self._late_frames += interval_ns > LATE_PERIODS * self._period_ns
 
     def timestep(self, t_ns: int) -> None:
         """A timestep was due, and was begun."""
         if self._last_timestep_ns >= 0:
-            self._timesteps.append(t_ns - self._last_timestep_ns)
+            self._timesteps.add(t_ns - self._last_timestep_ns)
         self._last_timestep_ns = t_ns
 
     def stood_still(self) -> None:
@@ -46,42 +52,73 @@ class Punctuality:
     def poll(self, t_ns: int) -> None:
         """The queue of keys was read."""
         if self._last_poll_ns >= 0:
-            self._polls.append(t_ns - self._last_poll_ns)
+            self._polls.add(t_ns - self._last_poll_ns)
         self._last_poll_ns = t_ns
 
     def summary(self, t_ns: int, trial_id: int) -> TrialTiming:
-        """Return what is recorded of the run, at its end."""
-        frames, timesteps = _seconds(self._frames), _seconds(self._timesteps)
-        polls = _seconds(self._polls)
-        period = self._period_ns / SECOND
+        """Return what is recorded of the run, at its end.
+
+        Numbers, means and the longest are exact; the rest is to within `RESOLUTION_NS`.
+        """
+        frames, timesteps, polls = (
+            each.rounded() for each in (self._frames, self._timesteps, self._polls)
+        )
         return TrialTiming(
             t_ns=t_ns,
             trial_id=trial_id,
-            period=period,
-            frames=int(frames.size),
-            late_frames=int(np.count_nonzero(frames > LATE_PERIODS * period)),
-            frame_mean=_mean(frames),
+            period=self._period_ns / SECOND,
+            frames=self._frames.number,
+            late_frames=self._late_frames,
+            frame_mean=self._frames.mean,
             frame_sd=_sd(frames),
             frame_p99=_quantile(frames, 0.99),
-            frame_max=_quantile(frames, 1.0),
-            timesteps=int(timesteps.size),
-            timestep_mean=_mean(timesteps),
+            frame_max=self._frames.longest,
+            timesteps=self._timesteps.number,
+            timestep_mean=self._timesteps.mean,
             timestep_sd=_sd(timesteps),
             timestep_p99=_quantile(timesteps, 0.99),
-            timestep_max=_quantile(timesteps, 1.0),
-            polls=int(polls.size),
+            timestep_max=self._timesteps.longest,
+            polls=self._polls.number,
             poll_gap_median=_quantile(polls, 0.5),
             poll_gap_p99=_quantile(polls, 0.99),
-            poll_gap_max=_quantile(polls, 1.0),
+            poll_gap_max=self._polls.longest,
         )
 
 
-def _seconds(intervals: list[int]) -> npt.NDArray[np.float64]:
-    return np.array(intervals, dtype=np.float64) / SECOND
+class _Intervals:
+    """Intervals of one kind, counted by how long they were.
 
+    Attributes:
+        number: of them.
+    """
 
-def _mean(values: npt.NDArray[np.float64]) -> float:
-    return float(values.mean()) if values.size else math.nan
+    def __init__(self) -> None:
+        self.number = 0
+        self._total_ns = self._longest_ns = 0
+        self._counts: Counter[int] = Counter()
+
+    def add(self, interval_ns: int) -> None:
+        """Count one more."""
+        self.number += 1
+        self._total_ns += interval_ns
+        self._longest_ns = max(self._longest_ns, interval_ns)
+        self._counts[round(interval_ns / RESOLUTION_NS)] += 1
+
+    @property
+    def mean(self) -> float:
+        """Their mean, s; NaN if there are none."""
+        return self._total_ns / self.number / SECOND if self.number else math.nan
+
+    @property
+    def longest(self) -> float:
+        """The longest, s; NaN if there are none."""
+        return self._longest_ns / SECOND if self.number else math.nan
+
+    def rounded(self) -> npt.NDArray[np.float64]:
+        """Return all of them, s, shortest first, rounded to `RESOLUTION_NS`."""
+        steps = sorted(self._counts)
+        times = np.array([self._counts[step] for step in steps], dtype=np.int64)
+        return np.repeat(np.array(steps, dtype=np.float64), times) * (RESOLUTION_NS / SECOND)
 
 
 def _sd(values: npt.NDArray[np.float64]) -> float:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
 
 from patience import PATIENCE_S
 from x11_driver import Hands, x_server
@@ -21,9 +22,11 @@ def real_study(
     folder: Path,
     *options: str,
     display_size: tuple[int, int] = (1280, 960),
-    program: tuple[str, ...] = ("-m", "study.commands.main"),
+    program: Sequence[str] = ("-m", "study.commands.main"),
+    participant: str = "P01",
+    said: IO[bytes] | None = None,
 ) -> Iterator[tuple[Hands, subprocess.Popen[bytes]]]:
-    """Run participant P01's session; yield hands at its window, and the program.
+    """Run a participant's session; yield hands at its window, and the program.
 
     Args:
         protocol: its name or file.
@@ -31,6 +34,8 @@ def real_study(
         options: more of the command's.
         display_size: of the virtual screen, pixels.
         program: what Python runs, if not the study's own command.
+        participant: whose session.
+        said: file for what the program says; None: where this process says it.
     """
     with x_server(*display_size) as display:
         environment = {
@@ -38,10 +43,18 @@ def real_study(
             "DISPLAY": display,
             "SDL_VIDEODRIVER": "x11",
             "SDL_AUDIODRIVER": "dummy",
-            "PYTHONPATH": str(ROOT),
+            # Extras may be elsewhere.
+            "PYTHONPATH": os.pathsep.join(filter(None, [str(ROOT), os.getenv("PYTHONPATH")])),
         }
-        command = [sys.executable, *program, "run", protocol, "-p", "P01"]
-        study = subprocess.Popen([*command, "-o", str(folder), *options], env=environment, cwd=ROOT)
+        command = [sys.executable, *program, "run", protocol, "-p", participant]
+        command += ["-o", str(folder), *options]
+        study = subprocess.Popen(
+            command,
+            env=environment,
+            cwd=ROOT,
+            stdout=said,
+            stderr=subprocess.STDOUT if said else None,
+        )
         hands = Hands(display)
         try:
             yield hands, study

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import gc
 import math
+import sys
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from study.shell.punctuality import Punctuality
+from study.shell.punctuality import RESOLUTION_NS, Punctuality
 
 MS = 1_000_000
 PERIOD = 16_666_667
@@ -56,3 +61,35 @@ def test_a_run_without_anything_states_that_nothing_is_known() -> None:
     assert (made.frames, made.late_frames, made.timesteps, made.polls) == (0, 0, 0, 0)
     for name in ("frame_mean", "frame_p99", "timestep_sd", "poll_gap_max"):
         assert math.isnan(getattr(made, name))
+
+
+@given(st.lists(st.integers(0, 3_000 * MS), min_size=2, max_size=300))
+def test_numbers_are_those_of_all_intervals(intervals: list[int]) -> None:
+    """As reckoned from every single one: exactly, or to within the resolution."""
+    own = Punctuality(PERIOD)
+    for interval in intervals:
+        own.frame(interval)
+    made, seconds = own.summary(0, 0), np.array(intervals) / 1e9
+    within = RESOLUTION_NS / 1e9
+    assert made.frames == len(intervals)
+    assert made.late_frames == np.count_nonzero(np.array(intervals) > 1.2 * PERIOD)
+    assert made.frame_mean == pytest.approx(seconds.mean(), abs=1e-12)
+    assert made.frame_max == seconds.max()
+    assert made.frame_p99 == pytest.approx(np.quantile(seconds, 0.99), abs=within)
+    assert made.frame_sd == pytest.approx(seconds.std(ddof=1), abs=within)
+
+
+def test_an_hour_takes_no_more_memory_than_a_minute() -> None:
+    """The keys are looked at 250 times a second; what was counted before costs nothing more."""
+    own, random = Punctuality(PERIOD), np.random.default_rng(1)
+    gaps = random.integers(0, 17 * MS, 60 * 250)
+    t, sizes = 0, []
+    for minute in range(61):
+        for gap in gaps.tolist():
+            t += gap
+            own.poll(t)
+        if minute in (1, 60):
+            gc.collect()
+            sizes.append(sys.getallocatedblocks())
+    assert own.summary(0, 0).polls == 61 * len(gaps) - 1
+    assert sizes[1] - sizes[0] < 2000

@@ -278,6 +278,10 @@ def test_the_view_from_above_shows_robots_where_they_are() -> None:
     row, column = round(120 - 2.5 / 4 * 160), round(0.98 / 4 * 160)
     assert picture[row, column].tolist() == [41, 120, 181]
     assert picture[round(120 - 0.5 / 4 * 160), round(2.98 / 4 * 160)].tolist() == [148, 60, 50]
+    # Both head east: their beaks are ahead of them, and the floor is behind.
+    ahead, behind = round(1.16 / 4 * 160), round(0.84 / 4 * 160)
+    assert picture[row, ahead].max() < 60
+    assert picture[row, behind].min() > 200
 
 
 @pytest.mark.parametrize(("name", "module"), [("jetbot", "zmq"), ("jetbot_simulated", "mujoco")])
