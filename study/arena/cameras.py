@@ -124,7 +124,8 @@ class ViewFromAbove:
         along = np.subtract(end, start)
         x, y = self._x - start[0], self._y - start[1]
         share = np.clip((x * along[0] + y * along[1]) / (along @ along), 0, 1)
-        return np.hypot(x - share * along[0], y - share * along[1])
+        distance: _Canvas = np.hypot(x - share * along[0], y - share * along[1])
+        return distance
 
     def _disc(self, picture: _Canvas, x: float, y: float, radius: float, colour: _Colour) -> None:
         self._paint(picture, np.hypot(self._x - x, self._y - y) - radius, colour)

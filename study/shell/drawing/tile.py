@@ -165,12 +165,8 @@ def draw_moved(
     if not same or held or scene.camera or shown.look.driven:
         return None
     view = maps.MapView(scene, shown.place.map)
-    reach = round(view.robot_radius * FARTHEST)
-    places = [
-        pygame.Rect(body.x - reach, body.y - reach, 2 * reach, 2 * reach)
-        for body in (before.body, looks.body)
-    ]
-    within = places[0].union(places[1]).clip(shown.place.map).clip(canvas.surface.get_rect())
+    places = _marks_place(view, before.body).union(_marks_place(view, looks.body))
+    within = places.clip(shown.place.map).clip(canvas.surface.get_rect())
     robot = shown.tile.robot
     seat = LARGE if shown.place.single else robot
     if not canvas.repeat(("tile", seat), (robot, looks.still), within):
@@ -243,17 +239,25 @@ def _draw_on_map(
     """Draw the robot on its map, or as much of it as lies within a rectangle."""
     place, body = shown.place, looks.body
     # The plate belongs to the screen, not to the map: what reaches over it is cut off.
-    reach = round(view.robot_radius * FARTHEST)
-    marks_place = pygame.Rect(body.x - reach, body.y - reach, 2 * reach, 2 * reach)
     clip = place.map if within is None else place.map.clip(within)
     covered = place.plate.clip(canvas.surface.get_rect() if within is None else within)
-    still = canvas.surface.subsurface(covered).copy() if marks_place.colliderect(covered) else None
+    still = (
+        canvas.surface.subsurface(covered).copy()
+        if _marks_place(view, body).colliderect(covered)
+        else None
+    )
     canvas.surface.set_clip(clip)
     with canvas.moving():
         _draw_body(canvas, view, shown, body)
     canvas.surface.set_clip(None)
     if still is not None:
         canvas.surface.blit(still, covered)
+
+
+def _marks_place(view: maps.MapView, body: Body) -> pygame.Rect:
+    """Return what a robot and its marks reach at most, pixels."""
+    reach = round(view.robot_radius * FARTHEST)
+    return pygame.Rect(body.x - reach, body.y - reach, 2 * reach, 2 * reach)
 
 
 def _draw_still(canvas: Canvas, scene: Scene, shown: TileView) -> None:
