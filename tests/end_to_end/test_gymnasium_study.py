@@ -139,7 +139,7 @@ class _Kept:
 def test_a_live_session_shows_moving_pictures(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In a window, on the real clock, tiles show the carts, and timesteps do not wait for pictures."""
+    """On the real clock, in a window, tiles show the carts; timesteps do not wait for pictures."""
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     faster = (("timesteps_per_second = 10.0", "timesteps_per_second = 20.0"),)
     loaded = load_protocol(str(variant(tmp_path, *SHORTER, *faster, base="cart_pole")))

@@ -25,6 +25,7 @@ import numpy.typing as npt
 import study
 from study.errors import StudyError
 from study.tasks._doom.arena import Arena
+from study.tasks._doom.cores import cores_of
 from study.tasks._doom.leftovers import memory_of, sweep_memory
 from study.tasks._doom.worker import DONE, READY
 
@@ -78,7 +79,8 @@ class _Lost(Exception):  # noqa: N818 - told to nobody outside
 class _Worker:
     """A process with the engines of robots ``first`` to ``last`` - 1, and the pipe to it."""
 
-    def __init__(self, crew: Crew, first: int, last: int) -> None:
+    def __init__(self, crew: Crew, first: int, last: int, core: int | None) -> None:
+        self.core = core
         self.robots = slice(first, last)
         self.indices = tuple(range(first, last))
         self.scratch = Path(tempfile.gettempdir()) / f"doom_{uuid.uuid4().hex}"
@@ -89,6 +91,7 @@ class _Worker:
             "start": crew.start,
             "every_tic": crew.every_tic,
             "parent": os.getpid(),
+            "core": core,
             # The worker makes it and takes it away: it outlives us while its engines start.
             "scratch": str(self.scratch),
         }
@@ -201,7 +204,10 @@ class Crew:
         self._workers: list[_Worker] = []
         self._finalizer = weakref.finalize(self, _end, self._workers, self.arena)
         sweep_memory()
-        self._workers += [_Worker(self, *ends) for ends in pairwise(edges)]
+        cores = cores_of(len(edges) - 1, os.getpid())
+        self._workers += [
+            _Worker(self, *ends, core) for ends, core in zip(pairwise(edges), cores, strict=True)
+        ]
         for number, worker in enumerate(self._workers):
             try:
                 worker.expect(READY, time.monotonic() + _START_SECONDS)
@@ -296,7 +302,7 @@ class Crew:
             old = self._workers[number]
             old.end(politely=False)
             sweep_memory()
-            self._workers[number] = _Worker(self, old.robots.start, old.robots.stop)
+            self._workers[number] = _Worker(self, old.robots.start, old.robots.stop, old.core)
             try:
                 self._workers[number].expect(READY, time.monotonic() + _START_SECONDS)
             except _Lost as lost:

@@ -22,6 +22,7 @@ from typing import Any
 
 from study.tasks._doom.arena import Arena, ArenaPlace
 from study.tasks._doom.conventions import TICS
+from study.tasks._doom.cores import keep_to
 from study.tasks._doom.engine import Command, Engine, EngineError, Pose, write_launcher
 
 READY, DONE = b"ready", b"done"
@@ -38,6 +39,7 @@ def main() -> None:
     signal.alarm(_START_SECONDS)
     settings: dict[str, Any] = json.loads(sys.argv[2])
     pipe = Connection(int(sys.argv[1]))
+    keep_to(settings["core"])
     scratch = Path(settings["scratch"])
     try:
         scratch.mkdir(mode=0o700)
@@ -58,7 +60,6 @@ def main() -> None:
     signal.alarm(0)
     if os.getppid() != settings["parent"]:
         return
-    pool = ThreadPoolExecutor(1)
     pipe.send_bytes(READY)
     while True:
         try:
@@ -66,7 +67,7 @@ def main() -> None:
         except (EOFError, OSError):
             break
         try:
-            _serve(request.decode(), arena, engines, pool, every_tic=settings["every_tic"])
+            _serve(request.decode(), arena, engines, every_tic=settings["every_tic"])
             answer = DONE
         except EngineError as error:
             answer = str(error).encode()
@@ -100,14 +101,7 @@ def _engines(settings: dict[str, Any], arena: Arena, pipe: Connection) -> dict[i
         return dict(zip(robots, pool.map(start, robots), strict=True))
 
 
-def _serve(
-    request: str,
-    arena: Arena,
-    engines: dict[int, Engine],
-    pool: ThreadPoolExecutor,
-    *,
-    every_tic: bool,
-) -> None:
+def _serve(request: str, arena: Arena, engines: dict[int, Engine], *, every_tic: bool) -> None:
     """Carry out a request for those of this process's robots that are asked."""
     shown = int(arena.turn[0])
     coming = arena.frames[1 - shown]
@@ -130,18 +124,8 @@ def _serve(
                 coming[robot, : TICS - 1] = coming[robot, -1]
             arena.poses[robot] = dataclasses.astuple(pose)
 
-    def serve_all(robots: list[int]) -> None:
-        for robot in robots:
-            serve(robot)
-
-    # The library waits for its engine without holding the interpreter: while one engine works,
-    # another is told what to do next.
-    robots = list(engines)
-    other = pool.submit(serve_all, robots[1::2])
-    try:
-        serve_all(robots[::2])
-    finally:
-        other.result()
+    for robot in engines:
+        serve(robot)
 
 
 if __name__ == "__main__":
