@@ -7,7 +7,7 @@ copies their pictures. Both are given the same starts and actions, and every pos
 the last bit. A fleet step steps all n robots for one timestep: four tics, each of them drawn; the
 second row of a size draws the last tic only. The two take turns, block by block, so that what
 else the machine does meets both: the ratio is that of the medians, "undisturbed" that of the
-least times. A worker waits for two of its engines at a time.
+least times.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from study.tasks._doom.wad import Motion, write_wad
 ROBOTS = 12
 TARGET = 1.8
 CHANCES = (0.5, 0.1, 0.15, 0.15, 0.1)
-BLOCK = 4
+BLOCK = 16
 """Fleet steps measured in a row."""
 
 LAYOUT = named_layout("three_rooms")
@@ -167,7 +167,7 @@ def main() -> None:
     if importlib.util.find_spec("vizdoom") is None:
         print("vizdoom is not installed: pip install 'scaled-autonomy[doom]'")
         sys.exit(1)
-    blocks = 25 if "--quick" in sys.argv else 150
+    blocks = 10 if "--quick" in sys.argv else 40
     print(machine())
     print(versions("numpy", "vizdoom"))
     print(

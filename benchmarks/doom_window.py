@@ -33,26 +33,24 @@ SHORTER = (
 )
 
 
-def measure(size: str) -> bool:
+def measure(size: str, place: Path) -> bool:
     """Run one session with pictures of a size and print its timing; return whether it ended."""
-    with tempfile.TemporaryDirectory(prefix="sa") as place:
-        os.environ |= {"XDG_RUNTIME_DIR": place, "TMPDIR": place}
-        tempfile.tempdir = place
-        frame = ('frame = "160x120"', f'frame = "{size}"')
-        protocol = variant(Path(place), *SHORTER, frame, base="doom")
-        found = Played("P01", Path(place) / "P01")
-        run_one(protocol, found, seed=1, display_size=(1920, 1080))
-        print(f"\npictures of {size}:")
-        if found.cause is not None or found.ended is None or not found.ended.complete:
-            print(f"  did not reach its end: {found.cause or found.ended}")
-            print((found.folder / "said").read_text()[-2000:])
-            return False
-        (path,) = found.folder.glob("*.mcap")
-        for robots, timings in sorted(fleet_runs(path).items()):
-            print(f" {robots} robots:")
-            print_timing(timings)
-        for name in found.memory.names:
-            print(f" memory of {name} at the end: {found.memory.growth(name).last:.0f} MiB")
+    folder = place / size
+    folder.mkdir()
+    protocol = variant(folder, *SHORTER, ('frame = "160x120"', f'frame = "{size}"'), base="doom")
+    found = Played("P01", folder / "recordings")
+    run_one(protocol, found, seed=1, display_size=(1920, 1080))
+    print(f"\npictures of {size}:")
+    if found.cause is not None or found.ended is None or not found.ended.complete:
+        print(f"  did not reach its end: {found.cause or found.ended}")
+        print((found.folder / "said").read_text()[-2000:])
+        return False
+    (path,) = found.folder.glob("*.mcap")
+    for robots, timings in sorted(fleet_runs(path).items()):
+        print(f" {robots} robots:")
+        print_timing(timings)
+    for name in found.memory.names:
+        print(f" memory of {name} at the end: {found.memory.growth(name).last:.0f} MiB")
     return True
 
 
@@ -66,7 +64,11 @@ def main() -> int:
         return 1
     print(machine())
     sizes = given.size or ["160x120", "320x240"]
-    well = sum(map(measure, sizes)) == len(sizes)
+    with tempfile.TemporaryDirectory(prefix="sa") as place:
+        # Other sessions of this computer are none of ours.
+        os.environ |= {"XDG_RUNTIME_DIR": place, "TMPDIR": place}
+        tempfile.tempdir = place
+        well = sum(measure(size, Path(place)) for size in sizes) == len(sizes)
     print(f"\nLoad of the machine during the last minute: {os.getloadavg()[0]:.1f}.")
     return 0 if well else 1
 

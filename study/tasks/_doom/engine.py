@@ -7,7 +7,7 @@ import dataclasses
 import shlex
 import sys
 from pathlib import Path
-from typing import Any, TypeGuard
+from typing import Any, NamedTuple, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
@@ -38,8 +38,7 @@ class EngineError(Exception):
     """The engine is not what it should be: gone, another map, or somewhere else than told."""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
-class Pose:
+class Pose(NamedTuple):
     """An engine's state in whole numbers, nothing of it rounded.
 
     Attributes:

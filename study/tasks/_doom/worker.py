@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
-import dataclasses
 import json
 import os
 import shutil
@@ -106,8 +105,7 @@ def _serve(request: str, arena: Arena, engines: dict[int, Engine], *, every_tic:
     shown = int(arena.turn[0])
     coming = arena.frames[1 - shown]
 
-    def serve(robot: int) -> None:
-        engine = engines[robot]
+    for robot, engine in engines.items():
         if request == "place":
             if arena.asked[robot]:
                 engine.place(Pose(*arena.poses[robot].tolist()))
@@ -118,14 +116,10 @@ def _serve(request: str, arena: Arena, engines: dict[int, Engine], *, every_tic:
         else:
             forward, backward, turn = arena.commands[robot].tolist()
             command = Command(bool(forward), bool(backward), turn)
-            pose = engine.step(command, coming[robot] if every_tic else None)
+            arena.poses[robot] = engine.step(command, coming[robot] if every_tic else None)
             if not every_tic:
                 engine.copy_frame(coming[robot, -1])
                 coming[robot, : TICS - 1] = coming[robot, -1]
-            arena.poses[robot] = dataclasses.astuple(pose)
-
-    for robot in engines:
-        serve(robot)
 
 
 if __name__ == "__main__":
