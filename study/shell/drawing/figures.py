@@ -13,10 +13,11 @@ from study.screens import PageScreen, Tile
 from study.shell.drawing import chrome, leaders, maps, palette
 from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.grid import TilePlace, plate_on
+from study.shell.drawing.looks import TileView
 from study.shell.drawing.motion import Pose
 from study.shell.drawing.plate import PlateLook
 from study.shell.drawing.robots import DRIVEN_SCALE, HALO, draw_robot
-from study.shell.drawing.tile import TileView, draw_tile
+from study.shell.drawing.tile import draw_tile
 
 SHOWN_HEALTH = 80.0
 HEADING = 1.2

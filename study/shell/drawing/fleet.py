@@ -12,10 +12,11 @@ from study.screens import FleetScreen, Tile
 from study.shell.drawing import chrome, frames, header, legend, palette
 from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.grid import TilePlace, place_enlarged, place_tiles
+from study.shell.drawing.looks import Looks, TileView, looks_of
 from study.shell.drawing.motion import Motion, fraction
 from study.shell.drawing.pictures import Pictures, Shot
 from study.shell.drawing.plate import PlateLook
-from study.shell.drawing.tile import Looks, TileView, draw_moved, draw_tile, looks_of
+from study.shell.drawing.tile import draw_moved, draw_tile
 
 MESSAGE_HEIGHT = 36
 NOBODY = noted("You are not driving a robot at the moment.")

@@ -27,7 +27,7 @@ def place_of(scene: Scene, place: TilePlace) -> pygame.Rect:
 
 def draw(
     canvas: Canvas, scene: Scene, place: TilePlace, pose: Pose, *, robot: int, driven: bool
-) -> None:
+) -> pygame.Rect:
     """Draw the map with the one robot on it.
 
     Args:
@@ -37,17 +37,23 @@ def draw(
         pose: where the robot is.
         robot: its index from 0.
         driven: whether the participant drives it.
+
+    Returns:
+        All that it covers, pixels.
     """
     drawn = place_of(scene, place)
     line = max(1, canvas.u(1.4))
-    canvas.surface.fill(palette.INK, drawn.inflate(2 * line, 2 * line))
+    edged = drawn.inflate(2 * line, 2 * line)
+    canvas.surface.fill(palette.INK, edged)
     canvas.surface.blit(
         maps.map_surface(canvas, scene, drawn.size, palette.FLOOR, palette.WALL), drawn
     )
     view = maps.MapView(scene, drawn)
-    x, y = view.robot_point(pose.x, pose.y, driven=driven)
+    # Whole pixels, as in `looks.Body`: it is drawn where its tile is said to show it.
+    x, y = map(round, view.robot_point(pose.x, pose.y, driven=driven))
     label = str(robot + 1) if place.single else ""
     canvas.surface.set_clip(drawn)
     with canvas.moving():
         draw_robot(canvas, x, y, view.robot_radius, pose.heading, driven=driven, label=label)
     canvas.surface.set_clip(None)
+    return edged

@@ -3,151 +3,29 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import NamedTuple
 
 import pygame
 
 from study.events.scene import Scene
-from study.screens import Tile
 from study.shell.drawing import cues, frames, inset, maps, marks, palette, plate
 from study.shell.drawing.canvas import Canvas
-from study.shell.drawing.grid import TilePlace
-from study.shell.drawing.motion import Pose, along_trail
-from study.shell.drawing.palette import Colour
-from study.shell.drawing.pictures import Shot, draw_picture
-from study.shell.drawing.plate import PlateLook
-from study.shell.drawing.robots import DRIVEN_SCALE, HALO, draw_robot, heading_step
+from study.shell.drawing.looks import Body, Looks, TileView, has_picture, looks_of
+from study.shell.drawing.pictures import draw_picture
+from study.shell.drawing.robots import DRIVEN_SCALE, HALO, draw_robot
 
-TRAIL_DISTANCES = (2.5, 3.6, 4.7)
-"""Distances of the trail's dots behind a robot, in radii of its body."""
 TRAIL_SIZES = (0.26, 0.2, 0.13)
 CLOSING = 1 / 3
 """Share of the landing in which its rings close."""
 FARTHEST = 6.6
 """Radii that marks and rings reach at most from a robot's middle."""
-RING_STEPS = 120
 LARGE = -1
 """In place of a robot's number: whichever has the large tile."""
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class TileView:
-    """A tile as it is at one moment.
-
-    Attributes:
-        place: where it is.
-        tile: the robot's state.
-        look: what stands still in it.
-        pose: where its robot is drawn.
-        landing: share that has passed of marking that control came here, 0 to 1; -1 for none.
-        dwell_left: share of the dwell left to be shown here; -1 for none.
-        ground: colour around the tile.
-        shot: the robot's picture, where the task takes pictures.
-    """
-
-    place: TilePlace
-    tile: Tile
-    look: PlateLook
-    pose: Pose
-    landing: float = -1.0
-    dwell_left: float = -1.0
-    ground: Colour = palette.PAGE
-    shot: Shot | None = None
-
-
-class Body(NamedTuple):
-    """All that the look of a tile's robot depends on. Two that are equal look the same.
-
-    Attributes:
-        x, y: its middle, pixels.
-        trail: dots behind a robot that drives itself, pixels.
-        heading: steps of turns.
-        ring: steps of the dwell left, or -1.
-        landing: as in `TileView`.
-    """
-
-    x: int
-    y: int
-    trail: tuple[tuple[int, int], ...]
-    heading: int
-    ring: int
-    landing: float
-
-
-NOWHERE = Body(0, 0, (), 0, -1, -1.0)
-"""Of a robot that is not drawn."""
-
-
-class Looks(NamedTuple):
-    """All that the look of a tile depends on. Two that are equal look the same.
-
-    Attributes:
-        still: of what stands still, but for the health.
-        health: of its row.
-        body: of the robot.
-        shot: number of its picture; -1 if it has none.
-    """
-
-    still: object
-    health: tuple[object, ...]
-    body: Body
-    shot: int = -1
-
-
-def looks_of(scene: Scene, shown: TileView) -> Looks:
-    """Return all that the look of a tile depends on."""
-    tile, place, look = shown.tile, shown.place, shown.look
-    cue = None if tile.cue is None else (tile.cue.kind, round(tile.cue.amount, 1))
-    if tile.cue is not None and tile.cue.kind == "stuck":
-        cue = (tile.cue.kind, round(tile.cue.amount))
-    lost = cue if tile.cue is not None and tile.cue.kind == "damage" else None
-    ground = plate.plate_colour(place, tile, look)
-    return Looks(
-        still=(scene, place, cue, look, _has_picture(scene, shown)),
-        health=(
-            place,
-            ground,
-            look.driven,
-            round(tile.health),
-            tile.health < plate.LOW_HEALTH,
-            lost,
-        ),
-        body=_body_of(scene, shown),
-        shot=-1 if shown.shot is None else shown.shot.number,
-    )
-
-
-def _has_picture(scene: Scene, shown: TileView) -> bool:
-    """Whether a picture is shown; where one is missing, a map takes its place if there is one."""
-    there = shown.shot is not None and shown.shot.pixels is not None
-    return scene.pictures_only or (scene.camera and there)
-
-
-def _body_of(scene: Scene, shown: TileView) -> Body:
-    """Return where and how a tile's robot is drawn."""
-    pose, driven = shown.pose, shown.look.driven
-    if _has_picture(scene, shown):
-        if not scene.inset:
-            return NOWHERE
-        view = maps.MapView(scene, inset.place_of(scene, shown.place))
-        x, y = view.robot_point(pose.x, pose.y, driven=driven)
-        return Body(round(x), round(y), (), heading_step(pose.heading), -1, -1.0)
-    view = maps.MapView(scene, shown.place.map)
-    x, y = view.robot_point(pose.x, pose.y, driven=driven)
-    trail: tuple[tuple[int, int], ...] = ()
-    if not driven:
-        radius = view.robot_radius / view.scale
-        dots = along_trail(pose.trail, tuple(radius * distance for distance in TRAIL_DISTANCES))
-        points = (view.point(*dot) for dot in dots)
-        trail = tuple((round(across), round(down)) for across, down in points)
-    ring = round(shown.dwell_left * RING_STEPS) if shown.dwell_left >= 0 else -1
-    return Body(round(x), round(y), trail, heading_step(pose.heading), ring, shown.landing)
 
 
 def draw_moved(
     canvas: Canvas, scene: Scene, shown: TileView, before: Looks, looks: Looks
 ) -> pygame.Rect | None:
-    """Draw what changed of a tile of which only the robot moved: much less than all of it.
+    """Draw what changed of a tile where only a robot moved or a new picture came: much less of it.
 
     Args:
         canvas: to draw on; it still shows the tile as it was.
@@ -159,10 +37,14 @@ def draw_moved(
     Returns:
         What was drawn anew, pixels; None if more than that changed, and nothing was drawn.
     """
-    same = (before.still, before.health, before.shot) == (looks.still, looks.health, looks.shot)
-    # Rings, veils and pictures cover more than what lies round the robot.
+    same = (before.still, before.health) == (looks.still, looks.health)
+    # Rings and veils cover more than what lies round the robot.
     held = shown.tile.cue is not None and shown.tile.cue.kind == "held"
-    if not same or held or scene.camera or shown.look.driven:
+    if not same or held or shown.look.driven:
+        return None
+    if has_picture(scene, shown):
+        return _draw_new_picture(canvas, scene, shown, fresh=before.shot != looks.shot)
+    if before.shot != looks.shot:
         return None
     view = maps.MapView(scene, shown.place.map)
     places = _marks_place(view, before.body).union(_marks_place(view, looks.body))
@@ -175,6 +57,20 @@ def draw_moved(
         return None
     _draw_on_map(canvas, view, shown, looks, within)
     return within
+
+
+def _draw_new_picture(canvas: Canvas, scene: Scene, shown: TileView, *, fresh: bool) -> pygame.Rect:
+    """Draw a tile's picture, or but its small map if the picture is no other; return where."""
+    place = shown.place
+    if fresh:
+        draw_picture(canvas, shown.shot, place.map)
+    drawn = place.map
+    if scene.inset:
+        small = inset.draw(
+            canvas, scene, place, shown.pose, robot=shown.tile.robot, driven=shown.look.driven
+        )
+        drawn = place.map.union(small) if fresh else small
+    return drawn.clip(canvas.surface.get_rect())
 
 
 def draw_tile(canvas: Canvas, scene: Scene, shown: TileView, looks: Looks | None = None) -> None:
@@ -209,13 +105,8 @@ def draw_tile(canvas: Canvas, scene: Scene, shown: TileView, looks: Looks | None
             lambda: plate.draw_health(canvas, row, tile, boxed=look.driven),
             alike=(row.place.size, row.text, row.pad, looks.health[1:]),
         )
-    if _has_picture(scene, shown):
-        canvas.remember(
-            ("picture", seat),
-            (tile.robot, looks.shot, canvas.scale),
-            place.map,
-            lambda: draw_picture(canvas, shown.shot, place.map),
-        )
+    if has_picture(scene, shown):
+        draw_picture(canvas, shown.shot, place.map)
         if scene.inset:
             inset.draw(canvas, scene, place, shown.pose, robot=tile.robot, driven=look.driven)
     else:
@@ -270,7 +161,7 @@ def _draw_still(canvas: Canvas, scene: Scene, shown: TileView) -> None:
         frames.suggested_frame(canvas, place, tile.robot, look.accept_key)
     tint = plate.plate_colour(place, tile, look)
     floor = palette.CARD if look.driven else palette.FLOOR
-    if _has_picture(scene, shown):
+    if has_picture(scene, shown):
         # Beside a picture of another shape there is floor, not a strip of the map.
         scene = dataclasses.replace(scene, rectangles=(), discs=(), gates=())
     picture = maps.map_surface(canvas, scene, place.map.size, floor, tint)

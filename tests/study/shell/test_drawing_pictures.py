@@ -11,9 +11,10 @@ import pytest
 
 import sample_screens as samples
 from study.events.scene import Scene
-from study.screens import Cue, FleetScreen
+from study.screens import Cue, FleetScreen, View
 from study.shell.drawing import inset, palette
-from study.shell.drawing.fleet import layout, tile_places
+from study.shell.drawing.canvas import Canvas
+from study.shell.drawing.fleet import FleetPainter, layout, tile_places
 from study.shell.drawing.pictures import NO_PICTURE, Pictures
 from study.shell.drawing.renderer import Renderer
 
@@ -81,8 +82,47 @@ def test_only_a_changed_picture_is_painted_anew() -> None:
     pictures.take(plain(10, 20, 99, 40))
     (changed,) = renderer.draw(surface, screen, samples.T_NS) or []
     third = tile_places(renderer.canvas, screen)[2]
-    assert changed.contains(third.body)
+    assert changed == third.map
     assert surface.get_at(third.map.center)[:3] == (99, 99, 99)
+
+
+@pytest.mark.parametrize("scene", [CAMERA, SMALL_MAP])
+@pytest.mark.parametrize("view", ["tiles", "enlarged"])
+def test_pictures_painted_on_look_as_if_painted_anew(view: View, scene: Scene) -> None:
+    """To the last pixel, whatever of pictures, robots, health and choice changes or does not."""
+    chance = np.random.default_rng(3)
+    pictures = Pictures()
+    on, anew, screen = Canvas(SIZE), Canvas(SIZE), fleet(scene=scene, view=view)
+    greys = [10, 20, 30, 40]
+    painter = FleetPainter(pictures)
+    pictures.take(plain(*greys))
+    painter.draw(on, screen, screen.t_ns, onto=False)
+    parts = 0
+    for _ in range(60):
+        tiles = list(screen.tiles)
+        for robot in range(4):
+            if chance.random() < 0.4:
+                greys[robot] = int(chance.integers(255))
+            if chance.random() < 0.5:
+                x, y = chance.uniform(1, 9, 2)
+                health = 50.0 if chance.random() < 0.2 else tiles[robot].health
+                tiles[robot] = dataclasses.replace(tiles[robot], x=x, y=y, health=health)
+        operated = int(chance.integers(4)) if chance.random() < 0.2 else screen.operated
+        screen = dataclasses.replace(
+            screen, tiles=tuple(tiles), operated=operated, t_ns=screen.t_ns + 125_000_000
+        )
+        pictures.take(plain(*greys))
+        for later_ns in (0, 60_000_000):
+            changed = painter.draw(on, screen, screen.t_ns + later_ns, onto=True)
+            parts += changed is not None
+            whole = FleetPainter(pictures)
+            whole.motion = painter.motion.copy()
+            whole.draw(anew, screen, screen.t_ns + later_ns, onto=False)
+            assert pygame.image.tobytes(on.surface, "RGB") == pygame.image.tobytes(
+                anew.surface, "RGB"
+            )
+    # Else nothing would have been compared.
+    assert parts > 60
 
 
 @pytest.mark.parametrize("robots", [2, 3, 4])
