@@ -40,7 +40,7 @@ def validation_problems(
             yield f"{lead}unknown key; {hint}allowed here: {', '.join(allowed) or 'none'}"
         elif kind == "missing":
             if item["loc"] not in misspelt:
-                yield f"{lead}missing; every protocol states it"
+                yield f"{lead}missing; it has to be stated"
         elif kind == "value_error":
             yield from (f"{lead}{line}" for line in str(item["ctx"]["error"]).splitlines())
         elif kind == "string_pattern_mismatch":
@@ -48,6 +48,10 @@ def validation_problems(
             pattern = item["ctx"]["pattern"]
             allowed_words = rule if pattern == NAME_PATTERN else f"must match {pattern}"
             yield f"{lead}{_shown(given)} given; allowed: {allowed_words}"
+        elif kind == "union_tag_invalid":
+            key = item["ctx"]["discriminator"].strip("'")
+            given_tag = item["ctx"]["tag"]
+            yield f"{lead}{key} {given_tag!r} given; allowed: {item['ctx']['expected_tags']}"
         elif kind == "literal_error":
             words = [
                 word.strip(" '") for word in item["ctx"]["expected"].replace(" or ", ",").split(",")

@@ -67,7 +67,8 @@ RobotsFile = Annotated[Path, typer.Argument(help="File that lists the robots.")]
 def robot_stop(robots_file: RobotsFile) -> None:
     """Stop all robots of a file at once, whoever drives them; they stay stopped until released."""
     _tell(robots_file, stopped=True)
-    console.print("All robots are stopped. Release them with: study robot-release")
+    release = f"study robot-release {robots_file}"
+    console.print(f"All robots are stopped. Release them with: {escape(release)}", soft_wrap=True)
 
 
 def robot_release(robots_file: RobotsFile) -> None:
@@ -81,10 +82,14 @@ def _tell(robots_file: Path, *, stopped: bool) -> None:
 
     with EmergencyButton.of_file(robots_file) as button:
         missing = button.without_answer(stopped=stopped)
+    if missing and stopped:
+        raise StudyError(
+            f"not known to be stopped, as they do not answer: {', '.join(missing)}",
+            "Switch them off. If one moves on, somebody else drives it, or the operator's key in "
+            f"{robots_file} is not the one that it knows.",
+        )
     if missing:
         raise StudyError(
             f"no answer from {', '.join(missing)}",
-            "Without a link a robot's own watchdog stops it; switch it off to be sure."
-            if stopped
-            else "Check that it is switched on, its agent runs, and the key is right.",
+            "Check that it is switched on, its agent runs, and the operator's key is right.",
         )

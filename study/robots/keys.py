@@ -20,7 +20,7 @@ PUBLIC_FILE = "public_keys.toml"
 OPERATOR = "operator"
 MAX_BYTES = 64_000
 
-_KEY = re.compile(r"[!-~]{40}")
+KEY_PATTERN = re.compile(r"[!-~]{40}")
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,30}")
 
 
@@ -57,7 +57,7 @@ def make_keys(folder: Path, names: list[str]) -> list[Path]:
     """Make a key pair for each name, and the file of their public keys.
 
     Args:
-        folder: for the files; made if it is missing, for its owner alone.
+        folder: for the files; made if it is missing, for its owner alone. Git ignores it.
         names: "operator" and the robots'.
 
     Returns:
@@ -80,6 +80,8 @@ def make_keys(folder: Path, names: list[str]) -> list[Path]:
                 f"{folder} holds keys already: {', '.join(there)}",
                 "New keys would lock the robots out that have the old ones; name another folder.",
             )
+        # Whatever else is kept in a repository: private keys are not.
+        replace_text(folder / ".gitignore", "*\n")
         written, public = [], []
         for name in names:
             public_key, secret_key = (key.decode() for key in zmq.curve_keypair())
@@ -100,14 +102,11 @@ def read_pair(path: Path) -> KeyPair:
     Raises:
         StudyError: it is missing, others can read it, or it holds no key pair.
     """
-    try:
-        if path.stat().st_mode & 0o077:
-            raise StudyError(f"{path}: others can read this private key", f"Run: chmod 600 {path}")
-    except OSError as error:
-        raise StudyError(f"{path}: cannot be read: {error.strerror}", _HINT) from error
     values = _read(path)
     if set(values) != {"public", "secret"}:
         raise StudyError(f"{path}: not a private key file", _HINT)
+    if path.stat().st_mode & 0o077:
+        raise StudyError(f"{path}: others can read this private key", f"Run: chmod 600 {path}")
     return KeyPair(values["public"], values["secret"])
 
 
@@ -134,7 +133,7 @@ def _read(path: Path) -> dict[str, str]:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise StudyError(f"{path}: not a key file", _HINT) from error
     for name, key in values.items():
-        if not isinstance(key, str) or not _KEY.fullmatch(key):
+        if not isinstance(key, str) or not KEY_PATTERN.fullmatch(key):
             raise StudyError(f"{path}: {name} is no key", _HINT)
     return values
 

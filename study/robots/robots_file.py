@@ -19,23 +19,38 @@ A twin writes its own file, with poses of the kind "twin".
 
 from __future__ import annotations
 
+import re
 import threading
 import tomllib
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from study.errors import ProtocolError, StudyError
 from study.robots.client import RobotAddress, RobotClient
 from study.robots.fleet import RobotFleet
-from study.robots.keys import read_pair
+from study.robots.keys import KEY_PATTERN, PUBLIC_FILE, read_pair
 from study.robots.poses import NatNetPoses, PoseSource, TwinPoses
+from study.validation import validation_problems
 
 MAX_BYTES = 64_000
 
-Address = Annotated[str, Field(pattern=r"^tcp://[A-Za-z0-9.\-]+:\d{1,5}$")]
-PublicKey = Annotated[str, Field(pattern=r"^[!-~]{40}$")]
+
+def _address(given: str) -> str:
+    if not re.fullmatch(r"tcp://[A-Za-z0-9.\-]+:\d{1,5}", given):
+        raise ValueError(f"{given[:60]!r} given; allowed: tcp://HOST:PORT")
+    return given
+
+
+def _public_key(given: str) -> str:
+    if not KEY_PATTERN.fullmatch(given):
+        raise ValueError(f"no key; 40 characters are expected, as in {PUBLIC_FILE}")
+    return given
+
+
+Address = Annotated[str, AfterValidator(_address)]
+PublicKey = Annotated[str, AfterValidator(_public_key)]
 
 
 class _Part(BaseModel):
@@ -82,6 +97,11 @@ class RobotsFile(_Part):
         poses = self.poses
         if isinstance(poses, NatNetPosesPart) and len(poses.rigid_bodies) != len(self.robots):
             raise ValueError("poses.rigid_bodies must have one id for each robot")
+        for what in ("name", "address", "public_key"):
+            values = [getattr(robot, what) for robot in self.robots]
+            twice = sorted({value for value in values if values.count(value) > 1})
+            if twice:
+                raise ValueError(f"robots: {what} {twice[0]} is that of two robots")
         return self
 
 
@@ -102,13 +122,12 @@ def read_robots_file(path: Path) -> RobotsFile:
     try:
         if len(raw) > MAX_BYTES:
             raise StudyError(f"{path}: more than {MAX_BYTES} bytes")
-        return RobotsFile.model_validate(tomllib.loads(raw.decode()))
+        given = tomllib.loads(raw.decode())
+        return RobotsFile.model_validate(given)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise StudyError(f"{path}: not TOML: {error}") from error
     except ValidationError as error:
-        problems = [
-            f"{'.'.join(map(str, problem['loc']))}: {problem['msg']}" for problem in error.errors()
-        ]
+        problems = list(validation_problems(error, RobotsFile, given_file=given))
         raise ProtocolError(str(path), problems) from error
 
 

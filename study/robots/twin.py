@@ -33,6 +33,7 @@ from study.errors import StudyError
 from study.robots.agent import Agent, Door
 from study.robots.keys import OPERATOR, PUBLIC_FILE, load_zmq, read_pair, read_public
 from study.robots.link import PoseReading, Poses, encode
+from study.robots.robots_file import read_robots_file
 from study.robots.simulated_robot import SimulatedCamera, SimulatedMotors
 from study.robots.watchdog import Watchdog
 from study.whole_file import replace_text
@@ -258,6 +259,21 @@ def robots_file_text(twin: Twin) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _leave_real_robots(path: Path) -> None:
+    """Refuse to replace a file unless a twin wrote it: an emergency stop needs the real list."""
+    if not path.exists():
+        return
+    try:
+        ours = read_robots_file(path).poses.kind == "twin"
+    except StudyError:
+        ours = False
+    if not ours:
+        raise StudyError(
+            f"{path}: there is such a file, and no twin wrote it",
+            "Name another one: a list of real robots is not replaced.",
+        )
+
+
 def serve(settings: TwinSettings, robots_file: Path | None = None) -> None:
     """Run a twin on standard input and output until input ends.
 
@@ -266,8 +282,10 @@ def serve(settings: TwinSettings, robots_file: Path | None = None) -> None:
         robots_file: to be written once the robots can be reached; None for none.
 
     Raises:
-        StudyError: it cannot be made, or the file cannot be written.
+        StudyError: it cannot be made, or the file cannot be written or lists real robots.
     """
+    if robots_file is not None:
+        _leave_real_robots(robots_file)
     twin = Twin(settings)
     try:
         if robots_file is not None:

@@ -29,7 +29,8 @@ def study(
         cwd=folder,
         env={
             **os.environ,
-            "PYTHONPATH": str(ROOT),
+            # Extras may be elsewhere.
+            "PYTHONPATH": os.pathsep.join(filter(None, [str(ROOT), os.getenv("PYTHONPATH")])),
             "SDL_VIDEODRIVER": "dummy",
             **(environment or {}),
         },
