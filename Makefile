@@ -7,9 +7,14 @@ STAMP := $(VENV)/.set-up
 
 .PHONY: doom jetbot demo test check acceptance lock clean
 
-# TASK=doom: the paper's study in another world; see `study validate`.
-demo: $(STAMP) $(filter doom jetbot,$(TASK))
-	$(BIN)/study demo $(if $(TASK),--protocol $(TASK))
+# TASK=doom, TASK=jetbot (robots that are simulated) or another protocol; see `study validate`.
+EXTRA_doom := doom
+EXTRA_jetbot := jetbot
+EXTRA_jetbot_simulated := jetbot
+PROTOCOL = $(if $(filter jetbot,$(TASK)),jetbot_simulated,$(TASK))
+
+demo: $(STAMP) $(EXTRA_$(TASK))
+	$(BIN)/study demo $(if $(TASK),--protocol $(PROTOCOL))
 
 test: $(STAMP)
 	$(BIN)/python tools/check.py

@@ -242,7 +242,7 @@ def _check_gates(protocol: Protocol, problems: list[str]) -> None:
 
 
 def missing_extra(task: str, parameters: Mapping[str, object]) -> str:
-    """Return what is to be installed before a task can run here, in words; empty if nothing."""
+    """Return what a task lacks to run here, and how to get it, in words; empty if nothing."""
     module = load_member("study.tasks", "task", task)
     missing = getattr(module, "missing_extra", None)
     return str(missing(parameters)) if missing is not None else ""

@@ -54,6 +54,13 @@ class Accuracy:
             return None
         return self.interval.low > self.chance
 
+    @property
+    def below_chance(self) -> bool:
+        """Whether the interval lies below chance, for certain."""
+        if self.interval is None or self.chance is None:
+            return False
+        return self.interval.high < self.chance
+
 
 def accuracy_dots(name: str, rows: Sequence[Accuracy]) -> Drawing:
     """Draw a dot with its interval for each scorer; chance is a dashed line."""

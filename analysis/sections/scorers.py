@@ -177,11 +177,15 @@ def accuracy_finding(results: StudyResults) -> str:
     if not judged:
         return "How many choices were held out is not recorded, so no interval is drawn."
     better = sum(row.beats_chance is True for row in judged)
-    doubtful = [row.participant for row in judged if not row.beats_chance]
+    worse = [row.participant for row in judged if row.below_chance]
+    doubtful = [row.participant for row in judged if not row.beats_chance and not row.below_chance]
     count = f"{in_words(better, capital=True)} of {in_words(len(judged))}"
     text = f"{count} scorers that phase three used beat chance"
     if doubtful and len(doubtful) <= 4:
         text += f"; {listed(doubtful)} cannot be told from it"
+    if worse and len(worse) <= 4:
+        # Choices of trials that a scorer was not fitted on can be unlike those that it was.
+        text += f"; {listed(worse)} did worse than chance"
     return f"{text}."
 
 

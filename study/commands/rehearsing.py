@@ -105,7 +105,7 @@ def rehearse(loaded: LoadedProtocol, assignment: Assignment) -> Rehearsal:
     took = f"{order}: {clock.now_ns / 60e9:.0f} simulated minutes in "
     sequence = _sequence(failure, f"{took}{time.perf_counter() - began:.1f} s")
     return Rehearsal(
-        checks=(sequence, _fits(fitter.fits)),
+        checks=(sequence, _fits(fitter.fits, complete=complete)),
         fleet=fleets[max(fleets)] if fleets else None,
         texts=frozenset(texts),
         bytes=round(scales.bytes * RECORDS_BESIDE),
@@ -120,7 +120,7 @@ def _sequence(failure: str, course: str) -> Check:
     return Check(name="rehearsal", state="green", found=course, wanted=wanted)
 
 
-def _fits(fits: Sequence[tuple[RequestFit, FitAnswer]]) -> Check:
+def _fits(fits: Sequence[tuple[RequestFit, FitAnswer]], *, complete: bool) -> Check:
     wanted = "each within half of its budget"
     failed = [
         f"{request.artefact_id}: {answer.reason}" for request, answer in fits if answer.reason
@@ -128,6 +128,9 @@ def _fits(fits: Sequence[tuple[RequestFit, FitAnswer]]) -> Check:
     if failed:
         return Check(name="fits", state="red", found="; ".join(failed)[:300], wanted=wanted,
                      advice="Ask for more choices or episodes in the protocol.")  # fmt: skip
+    if not fits and not complete:
+        found = "not seen: the rehearsal did not get there"
+        return Check(name="fits", state="amber", found=found, wanted=wanted)
     if not fits:
         return Check(name="fits", state="green", found="the protocol asks for none", wanted=wanted)
     request, slowest = max(fits, key=lambda fit: fit[1].seconds / fit[0].budget_seconds)

@@ -79,6 +79,7 @@ def run(
         resume_session,
         run_session,
     )
+    from study.shell.fleet import check_installed  # noqa: PLC0415
     from study.shell.window import check_size, check_ui_scale  # noqa: PLC0415
 
     require_pygame_ce()
@@ -87,6 +88,7 @@ def run(
     loaded = load_protocol(protocol)
     if warning := lock_warning(loaded):
         errors.print(f"[yellow]{escape(warning)}[/]")
+    check_installed(loaded.protocol.task.name, loaded.protocol.task.parameters)
     window_size = check_size(parse_size(size))
     check_ui_scale(ui_scale)
     # An empty id is a slip, as of a variable that was never set: no pseudonym is drawn for it.

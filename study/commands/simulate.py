@@ -79,6 +79,9 @@ def simulate_with_progress(
         ):
             recordings.append(path)
             progress.advance(task)
+            if not console.is_terminal:
+                # In a file a bar is seen at the end only.
+                console.print(f"{len(recordings)} of {count}: {escape(path.name)}")
     people = "participant" if count == 1 else "participants"
     where = escape(str(output))
     console.print(f"{count} simulated {people} (seed {study_seed}), recordings in {where}")

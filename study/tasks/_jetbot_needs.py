@@ -29,15 +29,21 @@ def open_emergency(parameters: Mapping[str, object] | Parameters) -> EmergencyBu
 
 
 def missing_extra(parameters: Mapping[str, object] | Parameters) -> str:
-    """Return what is to be installed before a protocol can run here; empty if nothing."""
-    needed = ("zmq",) if Parameters.model_validate(parameters).link else ("mujoco",)
+    """Return what is to be there before a protocol can run here; empty if it is all there."""
+    link = Parameters.model_validate(parameters).link
+    needed = ("zmq",) if link else ("mujoco",)
     missing = [name for name in needed if importlib.util.find_spec(name) is None]
-    if not missing:
-        return ""
-    return (
-        f"The package {missing[0]} is not installed here; in a clone `make jetbot` installs it, "
-        "elsewhere pip install 'scaled-autonomy[jetbot]'."
-    )
+    if missing:
+        return (
+            f"The package {missing[0]} is not installed here; in a clone `make jetbot` installs "
+            "it, elsewhere pip install 'scaled-autonomy[jetbot]'."
+        )
+    if link and not Path(link).is_file():
+        return (
+            f"{link}, which lists the robots, is not in this folder: write it as "
+            "docs/how-to/drive-robots.md says, or have `study robot-twin --write` make one."
+        )
+    return ""
 
 
 def check_live(parameters: Mapping[str, object] | Parameters) -> None:

@@ -291,6 +291,10 @@ def test_a_missing_extra_is_named_before_anything_runs(
     """The protocol is valid without it; validation says what to install, a run begins nothing."""
     loaded = load_protocol(name)
     task = loaded.protocol.task
+    monkeypatch.chdir(tmp_path)
+    if name == "jetbot":
+        assert "robots.toml, which lists the robots" in missing_extra(task.name, task.parameters)
+        (tmp_path / "robots.toml").touch()
     assert missing_extra(task.name, task.parameters) == ""
     monkeypatch.setitem(sys.modules, module, None)
     monkeypatch.setattr("importlib.util.find_spec", lambda wanted: None)
