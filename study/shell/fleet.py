@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
@@ -10,7 +11,8 @@ from study.errors import StudyError
 from study.families import load_member
 from study.session.effects import StartFleet, StepFleet
 from study.shell.fleet_host import FleetAnswer, FleetHost, FleetNews
-from study.shell.workers import Worker, WorkerFailure
+from study.shell.picture_packing import Keep, Packed, Packer
+from study.shell.workers import Twofold, Worker, WorkerFailure
 
 EMERGENCY_KEY = "f12"
 """Stops all robots that are not simulated within the study, in any stage of a session."""
@@ -31,16 +33,24 @@ class Emergency(Protocol):
 class Fleet(Protocol):
     """Answers each request once, in order."""
 
-    def request(self, effect: StartFleet | StepFleet, *, pictures: bool = False) -> None:
-        """Ask for an effect to be carried out; with pictures if the task takes some."""
+    def request(
+        self, effect: StartFleet | StepFleet, *, pictures: bool = False, keep: Keep = "none"
+    ) -> None:
+        """Ask for an effect to be carried out.
+
+        Args:
+            effect: what the session asks for.
+            pictures: whether the answer comes with pictures, if the task takes some.
+            keep: which of them follow the answer once more, packed for the recording.
+        """
         ...
 
     def add_artefact(self, artefact_id: str, kind: str, algorithm: str, weights: bytes) -> None:
         """Make a fit usable."""
         ...
 
-    def poll(self, seconds: float = 0.0) -> FleetAnswer | FleetNews | None:
-        """Return an answer, or what precedes it, if there is one within ``seconds``."""
+    def poll(self, seconds: float = 0.0) -> FleetAnswer | FleetNews | Packed | None:
+        """Return an answer, what precedes or what follows it, if it comes within ``seconds``."""
         ...
 
     def close(self) -> None:
@@ -50,9 +60,17 @@ class Fleet(Protocol):
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class LookedAt:
-    """An effect whose answer comes with pictures."""
+    """An effect whose answer comes with pictures.
+
+    Attributes:
+        effect: what the session asks for.
+        pictures: whether the answer itself has them.
+        keep: which of them follow it packed.
+    """
 
     effect: StartFleet | StepFleet
+    pictures: bool
+    keep: Keep
 
 
 class InlineFleet:
@@ -60,20 +78,24 @@ class InlineFleet:
 
     def __init__(self, task: str, parameters: Mapping[str, object]) -> None:
         self._host = FleetHost(task, parameters)
-        self._answer: FleetAnswer | None = None
+        self._answers: deque[FleetAnswer | Packed] = deque()
+        self._packer = Packer()
 
-    def request(self, effect: StartFleet | StepFleet, *, pictures: bool = False) -> None:
-        """Carry out the effect at once."""
-        self._answer = self._host.answer(effect, pictures=pictures)
+    def request(
+        self, effect: StartFleet | StepFleet, *, pictures: bool = False, keep: Keep = "none"
+    ) -> None:
+        """Carry out the effect at once; an answer that nobody took is let go."""
+        asked = LookedAt(effect, pictures, keep)
+        answer, packed = _looked_at(self._host, self._packer, asked)
+        self._answers = deque([answer] if packed is None else [answer, packed()])
 
     def add_artefact(self, artefact_id: str, kind: str, algorithm: str, weights: bytes) -> None:
         """Make a fit usable."""
         self._host.add_artefact(artefact_id, kind, algorithm, weights)
 
-    def poll(self, seconds: float = 0.0) -> FleetAnswer | None:  # noqa: ARG002 - never waits
-        """Return the answer, once."""
-        answer, self._answer = self._answer, None
-        return answer
+    def poll(self, seconds: float = 0.0) -> FleetAnswer | Packed | None:  # noqa: ARG002 - never waits
+        """Return the answer, once, then what follows it."""
+        return self._answers.popleft() if self._answers else None
 
     def close(self) -> None:
         """Free the task."""
@@ -86,22 +108,25 @@ class ProcessFleet:
     def __init__(self, task: str, parameters: Mapping[str, object]) -> None:
         self._worker = Worker(serve_fleet, task, dict(parameters), tells=True)
 
-    def request(self, effect: StartFleet | StepFleet, *, pictures: bool = False) -> None:
+    def request(
+        self, effect: StartFleet | StepFleet, *, pictures: bool = False, keep: Keep = "none"
+    ) -> None:
         """Send the effect; the answer comes when it comes."""
-        self._worker.send(LookedAt(effect) if pictures else effect)
+        looked_at = pictures or keep != "none"
+        self._worker.send(LookedAt(effect, pictures, keep) if looked_at else effect)
 
     def add_artefact(self, artefact_id: str, kind: str, algorithm: str, weights: bytes) -> None:
         """Make a fit usable; requests are served in order, so no answer is needed."""
         self._worker.send((artefact_id, kind, algorithm, weights))
 
-    def poll(self, seconds: float = 0.0) -> FleetAnswer | FleetNews | None:
-        """Return an answer, or what precedes it, if there is one within ``seconds``."""
+    def poll(self, seconds: float = 0.0) -> FleetAnswer | FleetNews | Packed | None:
+        """Return an answer, what precedes or what follows it, if it comes within ``seconds``."""
         answer: Any = self._worker.poll(seconds)
         if isinstance(answer, WorkerFailure):
             raise StudyError(f"the fleet failed: {answer.reason}")
         if answer == "artefact added":
             return None
-        return answer if isinstance(answer, FleetAnswer | FleetNews) else None
+        return answer if isinstance(answer, FleetAnswer | FleetNews | Packed) else None
 
     def close(self) -> None:
         """End the process."""
@@ -112,17 +137,32 @@ def serve_fleet(
     task: str, parameters: dict[str, object], tell: Callable[[FleetNews], None]
 ) -> Callable[[Any], Any]:
     """Make the serving function of the fleet's process."""
-    host = FleetHost(task, parameters, tell)
+    host, packer = FleetHost(task, parameters, tell), Packer()
 
     def serve(request: Any) -> Any:  # noqa: ANN401 - effects and artefacts
         if isinstance(request, StartFleet | StepFleet):
             return host.answer(request)
         if isinstance(request, LookedAt):
-            return host.answer(request.effect, pictures=True)
+            answer, packed = _looked_at(host, packer, request)
+            return answer if packed is None else Twofold(answer, packed)
         host.add_artefact(*request)
         return "artefact added"
 
     return serve
+
+
+def _looked_at(
+    host: FleetHost, packer: Packer, asked: LookedAt
+) -> tuple[FleetAnswer, Callable[[], Packed] | None]:
+    """Return an answer, and what packs its pictures if they are to be kept."""
+    keep = asked.keep
+    answer = host.answer(asked.effect, pictures=asked.pictures or keep != "none")
+    taken = answer.pictures
+    if taken is not None and not asked.pictures:
+        answer = dataclasses.replace(answer, pictures=None)
+    if keep == "none":
+        return answer, None
+    return answer, lambda: packer.pack(answer.request_id, taken, keep)
 
 
 def open_fleet(task: str, parameters: Mapping[str, object]) -> Fleet:
