@@ -106,9 +106,9 @@ class LslClockPair(Record):
 
 @record("shell", "pictures")
 class PicturesTaken(Record):
-    """The newest pictures of a fleet's robots, compressed; only where the protocol asks for them.
+    """The pictures of the robots on the screen, compressed; only where the protocol asks for them.
 
-    The first of a fleet run has one of every robot, each later one those that changed.
+    A picture that did not change since it was last recorded in the same fleet run is not repeated.
     """
 
     t_ns: int = fixed64(1, "time of the input/fleet_observed that they came with", unit="ns")
@@ -118,11 +118,12 @@ class PicturesTaken(Record):
     width: int = sfixed32(5, "width of each picture", unit="px")
     height: int = sfixed32(6, "height of each picture", unit="px")
     encoding: str = string(7, '"jpeg"')
+    shown: npt.NDArray[np.int32] = ints(8, "robots shown, from 0, ascending", shape="k")
     changed: npt.NDArray[np.int32] = ints(
-        8, "robots with another picture than before, from 0, ascending", shape="k"
+        9, "those of them whose picture is in this record, ascending", shape="c"
     )
-    lengths: npt.NDArray[np.int32] = ints(9, "lengths of their pictures", unit="bytes", shape="k")
-    data: bytes = blob(10, "their pictures, one after another")
+    lengths: npt.NDArray[np.int32] = ints(10, "lengths of these pictures", unit="bytes", shape="c")
+    data: bytes = blob(11, "these pictures, one after another")
 
 
 ShellObservation = (

@@ -165,7 +165,7 @@ class Conductor:
             self._fleet.request(
                 effect,
                 pictures=seen and self._on_pictures is not None,
-                keep=records.ask(effect) if seen and records is not None else "none",
+                keep=records is not None and records.asked(effect, seen=seen),
             )
         elif isinstance(effect, RequestFit):
             self._fits_pending += 1
@@ -264,13 +264,13 @@ class Conductor:
         if self._picture_records is not None:
             # A fleet run may begin or end with its answer.
             trial_id = max(trial_id, self.trial_id)
-            self._picture_records.note(answer.request_id, t_ns, trial_id, self.screen)
+            self._picture_records.answered(answer, t_ns, trial_id, self.screen, self._fleet)
 
     def _record_pictures(self, packed: Packed, now_ns: int) -> None:
         """Record pictures that have come; what keeps them off the recording ends no session."""
         if self._picture_records is None:
             return
-        record = self._picture_records.take(packed, now_ns)
+        record = self._picture_records.packed(packed, now_ns)
         if record is not None:
             # Logged when they came, so that log times go on with the numbers.
             self._recorder.write(record, self._epoch_ns + now_ns)

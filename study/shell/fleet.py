@@ -11,8 +11,8 @@ from study.errors import StudyError
 from study.families import load_member
 from study.session.effects import StartFleet, StepFleet
 from study.shell.fleet_host import FleetAnswer, FleetHost, FleetNews
-from study.shell.picture_packing import Keep, Packed, Packer
-from study.shell.workers import Twofold, Worker, WorkerFailure
+from study.shell.picture_packing import Packed, Packer
+from study.shell.workers import Worker, WorkerFailure
 
 EMERGENCY_KEY = "f12"
 """Stops all robots that are not simulated within the study, in any stage of a session."""
@@ -34,14 +34,23 @@ class Fleet(Protocol):
     """Answers each request once, in order."""
 
     def request(
-        self, effect: StartFleet | StepFleet, *, pictures: bool = False, keep: Keep = "none"
+        self, effect: StartFleet | StepFleet, *, pictures: bool = False, keep: bool = False
     ) -> None:
         """Ask for an effect to be carried out.
 
         Args:
             effect: what the session asks for.
             pictures: whether the answer comes with pictures, if the task takes some.
-            keep: which of them follow the answer once more, packed for the recording.
+            keep: whether they are kept until the next request, for `pack`.
+        """
+        ...
+
+    def pack(self, robots: tuple[int, ...], *, anew: bool) -> None:
+        """Ask for the pictures kept of some robots to be packed for the recording.
+
+        Args:
+            robots: from 0, ascending.
+            anew: whether pictures are packed, too, that were packed before.
         """
         ...
 
@@ -50,7 +59,7 @@ class Fleet(Protocol):
         ...
 
     def poll(self, seconds: float = 0.0) -> FleetAnswer | FleetNews | Packed | None:
-        """Return an answer, what precedes or what follows it, if it comes within ``seconds``."""
+        """Return an answer, or what precedes it, if there is one within ``seconds``."""
         ...
 
     def close(self) -> None:
@@ -60,17 +69,25 @@ class Fleet(Protocol):
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class LookedAt:
-    """An effect whose answer comes with pictures.
+    """An effect at which pictures are taken.
 
     Attributes:
         effect: what the session asks for.
-        pictures: whether the answer itself has them.
-        keep: which of them follow it packed.
+        pictures: whether they come with the answer.
+        keep: whether they are kept, to be packed.
     """
 
     effect: StartFleet | StepFleet
     pictures: bool
-    keep: Keep
+    keep: bool
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Pack:
+    """Pictures that are to be packed; see `Fleet.pack`."""
+
+    robots: tuple[int, ...]
+    anew: bool
 
 
 class InlineFleet:
@@ -78,23 +95,30 @@ class InlineFleet:
 
     def __init__(self, task: str, parameters: Mapping[str, object]) -> None:
         self._host = FleetHost(task, parameters)
-        self._answers: deque[FleetAnswer | Packed] = deque()
         self._packer = Packer()
+        self._answers: deque[FleetAnswer | Packed] = deque()
 
     def request(
-        self, effect: StartFleet | StepFleet, *, pictures: bool = False, keep: Keep = "none"
+        self, effect: StartFleet | StepFleet, *, pictures: bool = False, keep: bool = False
     ) -> None:
         """Carry out the effect at once; an answer that nobody took is let go."""
+        self._answers = deque(each for each in self._answers if isinstance(each, Packed))
         asked = LookedAt(effect, pictures, keep)
-        answer, packed = _looked_at(self._host, self._packer, asked)
-        self._answers = deque([answer] if packed is None else [answer, packed()])
+        looked_at = pictures or keep
+        self._answers.append(
+            _looked_at(self._host, self._packer, asked) if looked_at else self._host.answer(effect)
+        )
+
+    def pack(self, robots: tuple[int, ...], *, anew: bool) -> None:
+        """Pack at once."""
+        self._answers.append(self._packer.pack(robots, anew=anew))
 
     def add_artefact(self, artefact_id: str, kind: str, algorithm: str, weights: bytes) -> None:
         """Make a fit usable."""
         self._host.add_artefact(artefact_id, kind, algorithm, weights)
 
     def poll(self, seconds: float = 0.0) -> FleetAnswer | Packed | None:  # noqa: ARG002 - never waits
-        """Return the answer, once, then what follows it."""
+        """Return an answer, once."""
         return self._answers.popleft() if self._answers else None
 
     def close(self) -> None:
@@ -109,18 +133,21 @@ class ProcessFleet:
         self._worker = Worker(serve_fleet, task, dict(parameters), tells=True)
 
     def request(
-        self, effect: StartFleet | StepFleet, *, pictures: bool = False, keep: Keep = "none"
+        self, effect: StartFleet | StepFleet, *, pictures: bool = False, keep: bool = False
     ) -> None:
         """Send the effect; the answer comes when it comes."""
-        looked_at = pictures or keep != "none"
-        self._worker.send(LookedAt(effect, pictures, keep) if looked_at else effect)
+        self._worker.send(LookedAt(effect, pictures, keep) if pictures or keep else effect)
+
+    def pack(self, robots: tuple[int, ...], *, anew: bool) -> None:
+        """Send the wish; it is met while nothing else is asked for."""
+        self._worker.send(Pack(robots, anew))
 
     def add_artefact(self, artefact_id: str, kind: str, algorithm: str, weights: bytes) -> None:
         """Make a fit usable; requests are served in order, so no answer is needed."""
         self._worker.send((artefact_id, kind, algorithm, weights))
 
     def poll(self, seconds: float = 0.0) -> FleetAnswer | FleetNews | Packed | None:
-        """Return an answer, what precedes or what follows it, if it comes within ``seconds``."""
+        """Return an answer, or what precedes it, if there is one within ``seconds``."""
         answer: Any = self._worker.poll(seconds)
         if isinstance(answer, WorkerFailure):
             raise StudyError(f"the fleet failed: {answer.reason}")
@@ -143,26 +170,20 @@ def serve_fleet(
         if isinstance(request, StartFleet | StepFleet):
             return host.answer(request)
         if isinstance(request, LookedAt):
-            answer, packed = _looked_at(host, packer, request)
-            return answer if packed is None else Twofold(answer, packed)
+            return _looked_at(host, packer, request)
+        if isinstance(request, Pack):
+            return packer.pack(request.robots, anew=request.anew)
         host.add_artefact(*request)
         return "artefact added"
 
     return serve
 
 
-def _looked_at(
-    host: FleetHost, packer: Packer, asked: LookedAt
-) -> tuple[FleetAnswer, Callable[[], Packed] | None]:
-    """Return an answer, and what packs its pictures if they are to be kept."""
-    keep = asked.keep
-    answer = host.answer(asked.effect, pictures=asked.pictures or keep != "none")
-    taken = answer.pictures
-    if taken is not None and not asked.pictures:
-        answer = dataclasses.replace(answer, pictures=None)
-    if keep == "none":
-        return answer, None
-    return answer, lambda: packer.pack(answer.request_id, taken, keep)
+def _looked_at(host: FleetHost, packer: Packer, asked: LookedAt) -> FleetAnswer:
+    """Carry out an effect at which pictures are taken."""
+    answer = host.answer(asked.effect, pictures=True)
+    packer.keep(answer.request_id, answer.pictures if asked.keep else None)
+    return answer if asked.pictures else dataclasses.replace(answer, pictures=None)
 
 
 def open_fleet(task: str, parameters: Mapping[str, object]) -> Fleet:

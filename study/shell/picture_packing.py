@@ -1,19 +1,18 @@
-"""A fleet's pictures packed for a recording: those that changed, compressed.
+"""A fleet's pictures packed for a recording: those shown that changed, compressed.
 
-Packing is done where the task is stepped, after the fleet's answer is on its way: neither the
-window nor a timestep waits for it.
+Packing is done where the task is stepped, after the session has had the fleet's answer, and before
+the next is asked for: neither the window nor a timestep waits for it.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-Keep = Literal["none", "changed", "all"]
-"""Which pictures of an answer are wanted for the recording."""
+Pixels = npt.NDArray[np.uint8]
 
 MAX_SIDE: Final = 4096
 """Longest side of a picture, pixels."""
@@ -30,14 +29,15 @@ _SEVERAL = 5
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Packed:
-    """Pictures of one answer of the fleet, the last of each robot.
+    """Pictures that came with one answer of the fleet.
 
     Attributes:
         request_id: which StartFleet or StepFleet was answered.
         robots: how many there are, n.
         size: width and height of each picture, pixels.
-        changed: robots with another picture than before, int32 [k], ascending.
-        lengths: of their pictures, bytes, int32 [k].
+        shown: robots whose pictures were asked for, int32 [k], ascending.
+        changed: those whose picture was not packed before, int32 [c], ascending.
+        lengths: of their pictures, bytes, int32 [c].
         data: their pictures, one after another.
         failure: why there are none, in words; empty if there are.
     """
@@ -45,6 +45,7 @@ class Packed:
     request_id: int
     robots: int = 0
     size: tuple[int, int] = (0, 0)
+    shown: npt.NDArray[np.int32] = dataclasses.field(default_factory=lambda: np.zeros(0, "i4"))
     changed: npt.NDArray[np.int32] = dataclasses.field(default_factory=lambda: np.zeros(0, "i4"))
     lengths: npt.NDArray[np.int32] = dataclasses.field(default_factory=lambda: np.zeros(0, "i4"))
     data: bytes = b""
@@ -52,50 +53,67 @@ class Packed:
 
 
 class Packer:
-    """Packs the pictures of one answer after another."""
+    """Packs pictures of one answer after another."""
 
     def __init__(self) -> None:
-        self._before: npt.NDArray[np.uint8] | None = None
+        self._request_id = -1
+        self._kept: Pixels | None = None
+        self._packed: dict[int, Pixels] = {}
 
-    def pack(self, request_id: int, pictures: npt.NDArray[np.uint8] | None, keep: Keep) -> Packed:
-        """Pack the pictures that an answer came with.
+    def keep(self, request_id: int, pictures: Pixels | None) -> None:
+        """Keep the pictures of an answer until the next.
 
         Args:
             request_id: of the answer.
             pictures: uint8 [n, height, width, 3], or [n, k, height, width, 3] of which the last
-                counts; None if the task took none.
-            keep: whether only those are wanted that are others than before.
+                count; None if there are none to keep.
         """
-        from study.shell.jpeg import to_jpeg  # noqa: PLC0415 - it loads pygame; few pack anything
+        self._request_id = request_id
+        several = pictures is not None and pictures.ndim == _SEVERAL
+        self._kept = pictures[:, -1] if pictures is not None and several else pictures
 
-        if pictures is None:
-            return Packed(request_id, failure="the task took no pictures")
-        newest = pictures[:, -1] if pictures.ndim == _SEVERAL else pictures
-        before, self._before = self._before, None
-        if newest.size // 3 > MAX_PIXELS:
-            return Packed(request_id, failure=f"they have more than {MAX_PIXELS} pixels together")
-        anew = keep == "all" or before is None or before.shape != newest.shape
-        changed = [
-            robot
-            for robot in range(len(newest))
-            if anew or before is None or not np.array_equal(before[robot], newest[robot])
-        ]
+    def pack(self, robots: tuple[int, ...], *, anew: bool) -> Packed:
+        """Pack pictures of the answer kept.
+
+        Args:
+            robots: whose, from 0, ascending.
+            anew: whether pictures are packed, too, that were packed before.
+        """
+        kept = self._kept
+        if anew:
+            self._packed.clear()
+        if kept is None:
+            return Packed(self._request_id, failure="the task took none")
+        if kept.size // 3 > MAX_PIXELS:
+            return Packed(self._request_id, failure=f"they have more than {MAX_PIXELS} pixels")
         try:
-            packed = [to_jpeg(newest[robot]) for robot in changed]
+            changed = [each for each in robots if not self._is_packed(each, kept[each])]
+            packed = [_compressed(kept[robot]) for robot in changed]
         except Exception as error:  # a session goes on without its pictures
-            return Packed(request_id, failure=str(error) or type(error).__name__)
+            return Packed(self._request_id, failure=str(error) or type(error).__name__)
         data = b"".join(packed)
         if len(data) > MAX_DATA:
-            return Packed(request_id, failure=f"they have {len(data)} bytes, more than {MAX_DATA}")
-        self._before = newest
+            return Packed(self._request_id, failure=f"they have more than {MAX_DATA} bytes")
+        self._packed |= {robot: kept[robot].copy() for robot in changed}
         return Packed(
-            request_id,
-            robots=len(newest),
-            size=(newest.shape[2], newest.shape[1]),
+            self._request_id,
+            robots=len(kept),
+            size=(kept.shape[2], kept.shape[1]),
+            shown=np.array(robots, np.int32),
             changed=np.array(changed, np.int32),
             lengths=np.array([len(item) for item in packed], np.int32),
             data=data,
         )
+
+    def _is_packed(self, robot: int, pixels: Pixels) -> bool:
+        before = self._packed.get(robot)
+        return before is not None and np.array_equal(before, pixels)
+
+
+def _compressed(pixels: Pixels) -> bytes:
+    from study.shell.jpeg import to_jpeg  # noqa: PLC0415 - it loads pygame; few pack anything
+
+    return to_jpeg(pixels)
 
 
 def split(

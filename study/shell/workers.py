@@ -5,7 +5,6 @@ Processes are spawned, never forked: a forked sibling would keep the recording's
 
 from __future__ import annotations
 
-import dataclasses
 import gc
 import multiprocessing
 import signal
@@ -38,25 +37,9 @@ def _serve(
         except Exception as error:
             answer = WorkerFailure(str(error) or type(error).__name__)
         try:
-            if isinstance(answer, Twofold):
-                connection.send(answer.first)
-                answer = answer.then()
             connection.send(answer)
         except (BrokenPipeError, OSError):
             return
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Twofold:
-    """An answer in two messages, the second of which is made once the first is on its way.
-
-    Attributes:
-        first: sent at once.
-        then: makes the second; it must not raise.
-    """
-
-    first: object
-    then: Callable[[], object]
 
 
 class WorkerFailure:

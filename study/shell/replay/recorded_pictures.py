@@ -59,8 +59,9 @@ class RecordedPictures:
             robots: how many there are, n.
 
         Returns:
-            uint8 [height, width, 3] a robot, None for one whose picture cannot be unpacked. None
-            where the pictures of that answer were not recorded: older ones would be wrong.
+            uint8 [height, width, 3] a robot, None for one that was not shown or whose picture
+            cannot be unpacked. None where the pictures of that answer were not recorded: older ones
+            would be wrong.
 
         Raises:
             RecordingError: the recording cannot be read any more.
@@ -71,7 +72,9 @@ class RecordedPictures:
         shown = self._open(number)
         if shown is None or shown[0].robots != robots:
             return None
-        holding = [self._newest(robot, number) for robot in range(robots)]
+        holding = [-1] * robots
+        for robot in shown[0].shown.tolist():
+            holding[robot] = self._newest(robot, number)
         self._unpacked = {
             robot: kept
             for robot, kept in self._unpacked.items()
@@ -142,4 +145,7 @@ def _opened(raw: RawRecord) -> tuple[PicturesTaken, dict[int, bytes]] | None:
         return None
     size = taken.width, taken.height
     held = split(taken.robots, size, taken.changed, taken.lengths, taken.data)
-    return None if held is None else (taken, held)
+    shown = set(taken.shown.tolist())
+    if held is None or not held.keys() <= shown <= set(range(taken.robots)):
+        return None
+    return taken, held
