@@ -20,7 +20,8 @@ from study.commands.simulating import simulate_session, simulated_assignments
 from study.events.codes import ActionSource
 from study.events.events import Timestep
 from study.events.fields import Record
-from study.events.shell import TrialTiming
+from study.events.inputs import FleetObserved
+from study.events.shell import PicturesTaken, TrialTiming
 from study.foxglove.export import export
 from study.loading import LoadedProtocol, load_protocol
 from study.recording.reader import read_recording
@@ -31,6 +32,7 @@ from study.shell.drawing.fleet import tile_places
 from study.shell.fitting import InlineFitter
 from study.shell.fleet import open_fleet
 from study.shell.live_loop import LiveClock, LiveLoop
+from study.shell.picture_records import PictureRecords
 from study.shell.raw_inputs import RawInput, RawKey
 from study.shell.window import Window
 from study.simulated.operator import SimulatedOperator
@@ -162,7 +164,10 @@ QUICK = {"words_per_second": 1000.0, "page_minimum_s": 0.05, "answer_delay_s": 0
 def test_a_live_session_shows_moving_pictures(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In a window, on the real clock, tiles show the carts, and timesteps are punctual."""
+    """In a window, on the real clock, tiles show the carts, and timesteps are punctual.
+
+    Recorded they are, too, and nothing is late for that.
+    """
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     faster = (("timesteps_per_second = 10.0", "timesteps_per_second = 20.0"),)
     loaded = load_protocol(str(variant(tmp_path, *SHORTER, *faster, base="cart_pole")))
@@ -179,6 +184,7 @@ def test_a_live_session_shows_moving_pictures(
         conductor = Conductor(
             Session(), recorder, fleet, fitter,
             epoch_ns=0, waits_for_disk=False, on_pictures=window.pictures.take,
+            picture_records=PictureRecords(lambda: True),
         )  # fmt: skip
         conductor.feed(session_opened(loaded, assignment))
         LiveLoop(conductor, window, recorder, clock).run()  # type: ignore[arg-type]
@@ -190,3 +196,8 @@ def test_a_live_session_shows_moving_pictures(
     assert timings
     for timing in timings:
         assert timing.timestep_mean == pytest.approx(0.05, rel=0.2)
+    taken = [record for record in recorder.records if isinstance(record, PicturesTaken)]
+    answers = {record.t_ns for record in recorder.records if isinstance(record, FleetObserved)}
+    assert {record.t_ns for record in taken} <= answers
+    assert len(taken) > 150
+    assert {(record.robots, len(record.shown)) for record in taken} >= {(1, 1), (6, 6), (6, 1)}
