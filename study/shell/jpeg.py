@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import pygame
 
-from study.shell.picture_packing import MAX_BYTES, MAX_SIDE
+from study.recording.pictures import MAX_BYTES, MAX_SIDE
 
 Picture = npt.NDArray[np.uint8]
 

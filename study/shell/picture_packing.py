@@ -7,22 +7,14 @@ the next is asked for: neither the window nor a timestep waits for it.
 from __future__ import annotations
 
 import dataclasses
-from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
+from study.recording.pictures import MAX_DATA, MAX_PIXELS
+
 Pixels = npt.NDArray[np.uint8]
 
-MAX_SIDE: Final = 4096
-"""Longest side of a picture, pixels."""
-MAX_BYTES: Final = 2**22
-"""Longest picture, compressed."""
-MAX_ROBOTS: Final = 1000
-MAX_PIXELS: Final = 2**25
-"""Of all robots' pictures together."""
-MAX_DATA: Final = 2**24
-"""Bytes of all pictures in one record."""
 _SEVERAL = 5
 """Dimensions of several pictures of each robot."""
 
@@ -114,42 +106,3 @@ def _compressed(pixels: Pixels) -> bytes:
     from study.shell.jpeg import to_jpeg  # noqa: PLC0415 - it loads pygame; few pack anything
 
     return to_jpeg(pixels)
-
-
-def split(
-    robots: int,
-    size: tuple[int, int],
-    changed: npt.NDArray[np.int32],
-    lengths: npt.NDArray[np.int32],
-    data: bytes,
-) -> dict[int, bytes] | None:
-    """Take apart what `Packer` put together; it may come from anybody.
-
-    Args:
-        robots: how many there are, n.
-        size: width and height of each picture, pixels.
-        changed: robots that have one, int32 [k].
-        lengths: of their pictures, bytes, int32 [k].
-        data: their pictures.
-
-    Returns:
-        Compressed pictures by robot; None where this is nothing that a recording may hold.
-    """
-    width, height = size
-    if not (0 < robots <= MAX_ROBOTS and 0 < width <= MAX_SIDE):
-        return None
-    if not 0 < height <= MAX_SIDE or robots * width * height > MAX_PIXELS:
-        return None
-    if len(data) > MAX_DATA or len(changed) != len(lengths):
-        return None
-    places = changed.tolist()
-    if places != sorted(set(places)) or not all(0 <= robot < robots for robot in places):
-        return None
-    sizes = lengths.tolist()
-    if not all(0 < length <= MAX_BYTES for length in sizes) or sum(sizes) != len(data):
-        return None
-    ends = np.cumsum(lengths, dtype=np.int64).tolist()
-    return {
-        robot: data[end - length : end]
-        for robot, length, end in zip(places, sizes, ends, strict=True)
-    }

@@ -16,10 +16,10 @@ import numpy.typing as npt
 from study.errors import RecordingError
 from study.events.shell import PicturesTaken
 from study.recording.parts import SessionRecording
+from study.recording.pictures import pictures_in
 from study.recording.reader import RawRecord
 from study.recording.wire import decode
 from study.shell.jpeg import from_jpeg
-from study.shell.picture_packing import split
 
 Picture = npt.NDArray[np.uint8]
 
@@ -141,11 +141,7 @@ def _opened(raw: RawRecord) -> tuple[PicturesTaken, dict[int, bytes]] | None:
         taken = decode(raw.topic, raw.data)
     except RecordingError:
         return None
-    if not isinstance(taken, PicturesTaken) or taken.encoding != "jpeg":
+    if not isinstance(taken, PicturesTaken):
         return None
-    size = taken.width, taken.height
-    held = split(taken.robots, size, taken.changed, taken.lengths, taken.data)
-    shown = set(taken.shown.tolist())
-    if held is None or not held.keys() <= shown <= set(range(taken.robots)):
-        return None
-    return taken, held
+    held = pictures_in(taken)
+    return None if held is None else (taken, held)

@@ -11,16 +11,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from study.recording.pictures import MAX_BYTES, MAX_SIDE
 from study.shell import jpeg
 from study.shell.jpeg import from_jpeg, jpeg_size, to_jpeg
-from study.shell.picture_packing import MAX_BYTES, MAX_SIDE
 
 
-def smooth(width: int, height: int, shift: int = 0) -> npt.NDArray[np.uint8]:
+def smooth(width: int, height: int) -> npt.NDArray[np.uint8]:
     """Return a picture whose colours change slowly, uint8 [height, width, 3]."""
     across = np.linspace(0, 200, width)[None, :, None]
     down = np.linspace(0, 55, height)[:, None, None]
-    return ((across + down + np.array([0, 20, 40]) + shift) % 256).astype(np.uint8)
+    colours = across + down + np.array([0, 20, 40])
+    return np.asarray(colours % 256, np.uint8)
 
 
 def frame_at(data: bytes) -> int:

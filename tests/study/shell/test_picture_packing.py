@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from study.events.shell import PicturesTaken
+from study.recording.pictures import MAX_PIXELS, MAX_ROBOTS, MAX_SIDE, pictures_in
 from study.shell import picture_packing
 from study.shell.jpeg import from_jpeg
-from study.shell.picture_packing import MAX_PIXELS, MAX_ROBOTS, MAX_SIDE, Packed, Packer, split
+from study.shell.picture_packing import Packed, Packer
 
 
 def fleet(*greys: int, size: tuple[int, int] = (32, 24)) -> npt.NDArray[np.uint8]:
@@ -20,9 +24,27 @@ def fleet(*greys: int, size: tuple[int, int] = (32, 24)) -> npt.NDArray[np.uint8
     return pictures
 
 
+def taken(packed: Packed, **changes: Any) -> PicturesTaken:
+    """Return the record of what was packed, with some of it changed."""
+    values: dict[str, Any] = {
+        "t_ns": 1,
+        "trial_id": 0,
+        "timestep": 0,
+        "robots": packed.robots,
+        "width": packed.size[0],
+        "height": packed.size[1],
+        "encoding": "jpeg",
+        "shown": packed.shown,
+        "changed": packed.changed,
+        "lengths": packed.lengths,
+        "data": packed.data,
+    }
+    return PicturesTaken(**{**values, **changes})
+
+
 def greys(packed: Packed) -> dict[int, int]:
     """Return the grey of each robot packed."""
-    held = split(packed.robots, packed.size, packed.changed, packed.lengths, packed.data)
+    held = pictures_in(taken(packed))
     assert held is not None
     found = {}
     for robot, data in held.items():
@@ -98,24 +120,23 @@ def test_a_record_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     assert greys(packer.pack((0, 1), anew=False)) == {0: 10, 1: 20}
 
 
-def refused(**changes: object) -> bool:
+def refused(**changes: Any) -> bool:
     """Say whether a record of two pictures is refused once something of it is changed."""
     packer = Packer()
     packer.keep(1, fleet(10, 20))
     packed = packer.pack((0, 1), anew=True)
-    values = {
-        name: getattr(packed, name) for name in ("robots", "size", "changed", "lengths", "data")
-    }
-    return split(**{**values, **changes}) is None  # type: ignore[arg-type]
+    return pictures_in(taken(packed, **changes)) is None
 
 
 def test_absurd_records_are_refused() -> None:
     """Nothing is taken from a record whose numbers do not fit together, or are too large."""
     assert not refused()
-    sizes: list[object] = [(0, 24), (32, -1), (MAX_SIDE + 1, 1), (2**31 - 1, 2**31 - 1)]
-    assert all(refused(size=size) for size in sizes)
+    sizes = [(0, 24), (32, -1), (MAX_SIDE + 1, 1), (2**31 - 1, 2**31 - 1)]
+    assert all(refused(width=width, height=height) for width, height in sizes)
     assert all(refused(robots=many) for many in (0, 1, -1, MAX_ROBOTS + 1, 2**31 - 1))
-    assert refused(robots=MAX_ROBOTS, size=(MAX_SIDE, MAX_SIDE))
+    assert refused(robots=MAX_ROBOTS, width=MAX_SIDE, height=MAX_SIDE)
+    assert refused(encoding="png")
+    assert all(refused(shown=np.array(shown, np.int32)) for shown in ([0], [0, 1, 2], [-1, 0, 1]))
     for robots in ([1, 0], [0, 0], [-1, 1], [0, 2], [0], [0, 1, 2]):
         assert refused(changed=np.array(robots, np.int32))
     for lengths in ([1, 1], [0, 5], [-1, 3], [2**31 - 1, 2**31 - 1], []):
@@ -135,7 +156,13 @@ def test_any_record_is_taken_apart_within_its_bounds(
     robots: int, size: tuple[int, int], changed: list[int], lengths: list[int], data: bytes
 ) -> None:
     """Whatever it says, what comes out are pieces of its own data, a robot each."""
-    found = split(robots, size, np.array(changed, np.int32), np.array(lengths, np.int32), data)
+    record = taken(
+        Packed(1, robots, size, data=data),
+        shown=np.array(changed, np.int32),
+        changed=np.array(changed, np.int32),
+        lengths=np.array(lengths, np.int32),
+    )
+    found = pictures_in(record)
     if found is not None:
         assert all(0 <= robot < robots for robot in found)
         assert b"".join(found.values()) == data

@@ -13,6 +13,8 @@ from pathlib import Path
 import numpy as np
 import pygame
 import pytest
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from mcap.reader import make_reader
 
 from pictured_session import pictured_session
 from shown_pictures import draw_without_window
@@ -21,6 +23,7 @@ from study.events.shell import PicturesTaken
 from study.foxglove.export import export
 from study.protocol import parse_protocol
 from study.recording.parts import SessionRecording, read_whole_session
+from study.recording.pictures import pictures_in
 from study.recording.reader import RawRecord, read_recording
 from study.recording.salvage import salvage
 from study.recording.wire import decode, encode
@@ -356,9 +359,29 @@ def test_the_replay_draws_them(recorded: Path, hidden: None) -> None:
     assert colours[0] > colours[1] + 200
 
 
-def test_other_readers_go_on(recorded: Path, tmp_path: Path) -> None:
-    """The export for Foxglove takes the records along."""
+def test_foxglove_gets_them_as_images(recorded: Path, plain: Path, tmp_path: Path) -> None:
+    """The export has every record, and each picture as an image of its robot, as it is."""
     done = export(recorded, tmp_path / "x.mcap", 5.0, lambda *_: None)
-    counts = read_recording(recorded).counts
-    assert done.records == sum(counts.values())
-    assert counts[PicturesTaken.topic] > 50
+    recording = read_recording(recorded)
+    assert done.records == sum(recording.counts.values())
+    expected: dict[str, list[bytes]] = {}
+    for _, record in recording.records(PicturesTaken.topic):
+        assert isinstance(record, PicturesTaken)
+        for robot, data in (pictures_in(record) or {}).items():
+            expected.setdefault(f"camera/robot_{robot + 1}", []).append(data)
+    assert len(expected) >= 4
+    found: dict[str, list[bytes]] = {}
+    with (tmp_path / "x.mcap").open("rb") as stream:
+        for schema, channel, message in make_reader(stream, validate_crcs=True).iter_messages():
+            if channel.topic.startswith("camera/"):
+                assert schema is not None
+                assert schema.name == "foxglove.CompressedImage"
+                image = CompressedImage.FromString(message.data)
+                assert image.format == "jpeg"
+                found.setdefault(channel.topic, []).append(image.data)
+    assert found == expected
+    export(plain, tmp_path / "y.mcap", 5.0, lambda *_: None)
+    with (tmp_path / "y.mcap").open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    assert not [c for c in summary.channels.values() if c.topic.startswith("camera/")]
