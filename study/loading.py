@@ -102,6 +102,7 @@ def load_protocol(given: str) -> LoadedProtocol:
     if description is not None:
         _check_policy_learns(protocol, problems)
         _check_gates(protocol, problems)
+        _check_pictures(protocol, description, problems)
     if problems or description is None:
         raise ProtocolError(str(path), problems)
     return LoadedProtocol(
@@ -239,6 +240,16 @@ def _check_gates(protocol: Protocol, problems: list[str]) -> None:
                 "choices, so that nothing can be measured; put the gate at a scorer that does, "
                 'such as "luce"'
             )
+
+
+def _check_pictures(protocol: Protocol, description: TaskDescription, problems: list[str]) -> None:
+    """Refuse to record pictures of a task that takes none."""
+    if protocol.recording.pictures != "none" and not description.scene.camera:
+        problems.append(
+            f'recording.pictures: "{protocol.recording.pictures}" given, but the task '
+            f'"{protocol.task.name}" takes no pictures as it is set here; leave it out, or set '
+            '"none"'
+        )
 
 
 def missing_extra(task: str, parameters: Mapping[str, object]) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
@@ -27,9 +27,10 @@ from study.seat_settings import (
     KeyPart,
     Name,
     Part,
+    RecordingPart,
     SwitchingPart,
 )
-from study.validation import nearest, validation_problems
+from study.validation import missing_paths, nearest, validation_problems
 
 Allocation = Literal["manual", "suggested", "assisted"]
 View = Literal["tiles", "operated_only", "enlarged"]
@@ -233,6 +234,7 @@ class Protocol(Part):
     breaks: BreakPart | None = None
     switching: SwitchingPart = SwitchingPart()
     debrief: DebriefPart | None = None
+    recording: RecordingPart = RecordingPart()
     exclusions: tuple[Exclusion, ...] = ()
     trial_exclusions: tuple[TrialExclusion, ...] = ()
     analysis: AnalysisPart
@@ -327,24 +329,3 @@ def parse_protocol(text: str, source: str) -> Protocol:
     if problems := missing_paths(raw, protocol.assumptions):
         raise ProtocolError(source, problems)
     return protocol
-
-
-def missing_paths(raw: object, assumptions: Iterable[str]) -> list[str]:
-    """Return a problem for each assumption that is about no setting of the file."""
-    words = "names no setting of this file; write the key path of one"
-    return [f'assumptions: "{path}" {words}' for path in assumptions if not _has_path(raw, path)]
-
-
-def _has_path(raw: object, path: str) -> bool:
-    """Whether a key path such as ``conditions.assisted.view`` leads somewhere."""
-    node = raw
-    for step in path.split("."):
-        if isinstance(node, list):
-            node = next(
-                (item for item in node if isinstance(item, dict) and item.get("name") == step), None
-            )
-        elif isinstance(node, dict):
-            node = node.get(step)
-        if node is None:
-            return False
-    return True

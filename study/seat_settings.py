@@ -1,4 +1,7 @@
-"""What the tables of a protocol have in common, and those about the participant's seat."""
+"""What the tables of a protocol have in common, and those about the participant's seat.
+
+What is recorded of what is seen there is one of them.
+"""
 
 from __future__ import annotations
 
@@ -134,3 +137,13 @@ class KeyPart(Part):
         if twice:
             raise ValueError(f"bound twice: {', '.join(twice)}; each key does one thing")
         return self
+
+
+class RecordingPart(Part):
+    """What a recording holds beside inputs and events."""
+
+    pictures: Literal["none", "jpeg"] = Field(
+        default="none",
+        description="whether the pictures that the task takes of its robots are recorded, and how "
+        "they are compressed; a replay then shows them without the task",
+    )

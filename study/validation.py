@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
@@ -126,3 +126,24 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:  # noqa: ANN401 - a ty
         return annotation
     found = (_model_in(part) for part in get_args(annotation))
     return next((model for model in found if model), None)
+
+
+def missing_paths(raw: object, assumptions: Iterable[str]) -> list[str]:
+    """Return a problem for each assumption that is about no setting of the file."""
+    words = "names no setting of this file; write the key path of one"
+    return [f'assumptions: "{path}" {words}' for path in assumptions if not _has_path(raw, path)]
+
+
+def _has_path(raw: object, path: str) -> bool:
+    """Whether a key path such as ``conditions.assisted.view`` leads somewhere."""
+    node = raw
+    for step in path.split("."):
+        if isinstance(node, list):
+            node = next(
+                (item for item in node if isinstance(item, dict) and item.get("name") == step), None
+            )
+        elif isinstance(node, dict):
+            node = node.get(step)
+        if node is None:
+            return False
+    return True

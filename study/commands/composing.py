@@ -10,7 +10,7 @@ import platform
 import re
 import secrets
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -23,7 +23,10 @@ from study.recording.failover import FailoverRecorder
 from study.recording.identity import PILOT
 from study.recording.plan_lock import ATTACHMENT, read_lock
 from study.session.rules import CURRENT
+from study.shell.picture_records import PictureRecords
 
+PICTURES_WAIT_NS = 2_000_000_000
+"""A disk that is so far behind is asked for no pictures: all else must not wait for them."""
 _VERSIONED = ("scaled-autonomy", "numpy", "scipy", "torch", "mcap", "pygame-ce", "pydantic")
 
 
@@ -133,6 +136,22 @@ def start_failover_recorder(
     return FailoverRecorder.start(
         folder, name or given, attachments, metadata, part=part, first_sequence=first_sequence
     )
+
+
+def picture_records(loaded: LoadedProtocol, has_room: Callable[[], bool]) -> PictureRecords | None:
+    """Return what makes records of pictures; None where the protocol wants none."""
+    return None if loaded.protocol.recording.pictures == "none" else PictureRecords(has_room)
+
+
+def keeps_up(recorder: FailoverRecorder, now_ns: int) -> bool:
+    """Say whether the disk is less than `PICTURES_WAIT_NS` behind.
+
+    Args:
+        recorder: of the session.
+        now_ns: log time now, nanoseconds since 1970, UTC.
+    """
+    oldest = recorder.unsaved_log_time_ns
+    return oldest is None or now_ns - oldest < PICTURES_WAIT_NS
 
 
 def _described(

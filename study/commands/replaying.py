@@ -21,6 +21,7 @@ from study.shell.replay.camera import Camera
 from study.shell.replay.marks import Marks, read_marks
 from study.shell.replay.picture import Picture, View, size_for
 from study.shell.replay.player import SPEEDS, Player
+from study.shell.replay.recorded_pictures import RecordedPictures
 from study.shell.replay.tape import Tape
 from study.shell.replay.video import Cut, check_target, write_video
 from study.shell.replay.viewer import Viewer
@@ -64,11 +65,11 @@ def watch(file: Path, wish: Wish) -> None:
     if wish.speed not in SPEEDS:
         known = ", ".join(f"{speed:g}" for speed in SPEEDS)
         raise StudyError(f"a speed of {wish.speed:g}", f"Give one of {known}.")
-    _, marks, tape = _opened(file, wish)
+    recording, marks, tape = _opened(file, wish)
     first_ns, _ = _span(wish, marks)
     player = Player(marks, first_ns, wish.speed)
     messages = texts_of(marks.language)
-    with closing(Camera()) as camera:
+    with closing(Camera(RecordedPictures(recording))) as camera:
         Viewer(tape, marks, player, wish.view, messages, wish.size, wish.ui_scale, camera).run()
     _tell_end(tape)
 
@@ -94,7 +95,7 @@ def film(file: Path, wish: Wish, target: Path) -> bool:
     messages = texts_of(marks.language)
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
     with (
-        closing(Camera()) as camera,
+        closing(Camera(RecordedPictures(recording))) as camera,
         Progress(*columns, TimeRemainingColumn(), console=errors, transient=True) as progress,
     ):
         picture = Picture(size, marks, wish.view, messages, wish.ui_scale, camera)

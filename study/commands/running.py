@@ -13,6 +13,8 @@ from rich.markup import escape
 
 from study.commands.composing import (
     Assignment,
+    keeps_up,
+    picture_records,
     session_opened,
     start_failover_recorder,
 )
@@ -254,6 +256,9 @@ def _run(
             epoch_ns=clock.epoch_ns,
             waits_for_disk=True,
             on_pictures=window.pictures.take,
+            picture_records=picture_records(
+                loaded, lambda: keeps_up(recorder, clock.epoch_ns + clock.now())
+            ),
         )
         link = open_link(
             beginning.opened.session_id, tracker, recorder, lambda: clock.epoch_ns + clock.now()

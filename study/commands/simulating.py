@@ -12,6 +12,7 @@ from joblib import Parallel, delayed
 from study.commands.composing import (
     Assignment,
     clock_pair,
+    picture_records,
     seed_from,
     session_opened,
     start_recorder,
@@ -120,7 +121,13 @@ def simulate_session(
     clock = VirtualClock()
     try:
         conductor = Conductor(
-            Session(), recorder, fleet, fitter, epoch_ns=epoch_ns, waits_for_disk=False
+            Session(),
+            recorder,
+            fleet,
+            fitter,
+            epoch_ns=epoch_ns,
+            waits_for_disk=False,
+            picture_records=picture_records(loaded, lambda: recorder.healthy),
         )
         conductor.observe(clock_pair(0))
         conductor.feed(opened)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from study.commands.composing import Assignment, session_opened
+from study.commands.composing import Assignment, picture_records, session_opened
 from study.events.fields import Record
 from study.loading import LoadedProtocol
 from study.messages import Messages
@@ -86,6 +86,7 @@ def run_unrecorded(
             waits_for_disk=False,
             on_show=on_show,
             on_pictures=on_pictures,
+            picture_records=picture_records(loaded, lambda: recorder is not None),
         )
         operator = SimulatedOperator(
             draw_parameters(1, 0), stream_seed(assignment.seed, "operator")

@@ -5,7 +5,18 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from study.events.fields import Record, boolean, double, doubles, fixed64, record, sfixed32, string
+from study.events.fields import (
+    Record,
+    blob,
+    boolean,
+    double,
+    doubles,
+    fixed64,
+    ints,
+    record,
+    sfixed32,
+    string,
+)
 
 
 @record("shell", "clock")
@@ -93,6 +104,35 @@ class LslClockPair(Record):
     uncertainty_ns: int = fixed64(3, "how far apart the two may have been read, at most", unit="ns")
 
 
+@record("shell", "pictures")
+class PicturesTaken(Record):
+    """The pictures of the robots on the screen, compressed; only where the protocol asks for them.
+
+    A picture that did not change since it was last recorded in the same fleet run is not repeated.
+    """
+
+    t_ns: int = fixed64(1, "time of the input/fleet_observed that they came with", unit="ns")
+    trial_id: int = sfixed32(2, "fleet run; -1 if none")
+    timestep: int = sfixed32(3, "timestep shown with them; -1 if none")
+    robots: int = sfixed32(4, "number of robots, n")
+    width: int = sfixed32(5, "width of each picture", unit="px")
+    height: int = sfixed32(6, "height of each picture", unit="px")
+    encoding: str = string(7, '"jpeg"')
+    shown: npt.NDArray[np.int32] = ints(8, "robots shown, from 0, ascending", shape="k")
+    changed: npt.NDArray[np.int32] = ints(
+        9, "those of them whose picture is in this record, ascending", shape="c"
+    )
+    lengths: npt.NDArray[np.int32] = ints(10, "lengths of these pictures", unit="bytes", shape="c")
+    data: bytes = blob(11, "these pictures, one after another")
+
+
 ShellObservation = (
-    ClockPair | DisplayOpened | FrameIntervals | TrialTiming | WriterHealth | Note | LslClockPair
+    ClockPair
+    | DisplayOpened
+    | FrameIntervals
+    | TrialTiming
+    | WriterHealth
+    | Note
+    | LslClockPair
+    | PicturesTaken
 )

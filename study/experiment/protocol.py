@@ -18,9 +18,8 @@ from pydantic import Field, ValidationError, model_validator
 from study.errors import ProtocolError, StudyError, UnknownNameError
 from study.families import load_member
 from study.loading import find_protocol, read_text
-from study.protocol import missing_paths
 from study.seat_settings import Name, Part
-from study.validation import nearest, validation_problems
+from study.validation import missing_paths, nearest, validation_problems
 
 SeedSet = Literal["development", "held_out"]
 Training = Literal["phase_three_only", "phase_one_and_three"]

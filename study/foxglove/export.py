@@ -7,11 +7,14 @@ import importlib.metadata
 from collections.abc import Callable
 from pathlib import Path
 
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from mcap.writer import Writer
 
 from study.errors import RecordingError
+from study.events.shell import PicturesTaken
+from study.foxglove.camera_images import images
 from study.foxglove.scene_builder import SceneBuilder
-from study.foxglove.schemas import every_schema
+from study.foxglove.schemas import descriptors_of, every_schema
 from study.recording.durable_file import DurableFile
 from study.recording.parts import SessionRecording, read_session
 
@@ -122,6 +125,15 @@ def _write(
             scenes += 1
             time_ns = made.log_time_ns
             writer.add_message(channels[made.topic], time_ns, made.data, time_ns, scenes)
+        if raw.topic != PicturesTaken.topic:
+            continue
+        for made in images(raw.log_time_ns, raw.data):
+            # A topic for each robot that shows something, and none where there are no pictures.
+            if made.topic not in channels:
+                channels[made.topic] = _image_channel(writer, made.topic)
+            scenes += 1
+            time_ns = made.log_time_ns
+            writer.add_message(channels[made.topic], time_ns, made.data, time_ns, scenes)
     writer.finish()  # type: ignore[no-untyped-call]
     if progress:
         progress(total, total)
@@ -133,6 +145,13 @@ def _write(
         without_scene=builder.without_scene if records else "",
         problems=session.problems,
     )
+
+
+def _image_channel(writer: Writer, topic: str) -> int:
+    """Declare a topic of images; return its channel."""
+    name, descriptors = CompressedImage.DESCRIPTOR.full_name, descriptors_of(CompressedImage)
+    schema = writer.register_schema(name, "protobuf", descriptors)
+    return writer.register_channel(topic, "protobuf", schema)
 
 
 def _register(writer: Writer) -> dict[str, int]:

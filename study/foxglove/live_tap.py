@@ -19,6 +19,7 @@ from typing import Self
 
 from study.errors import StudyError
 from study.events.fields import Record
+from study.events.shell import PicturesTaken
 from study.recording.framing import MESSAGE_HEADER, FrameKind, frame
 from study.recording.opening import channel_numbers
 from study.recording.spawning import spawn_apart
@@ -91,7 +92,12 @@ class LiveTap:
         return self._process.pid
 
     def offer(self, record: Record, log_time_ns: int, sequence: int) -> None:
-        """Pass a record on if there is room; it never waits and never fails."""
+        """Pass a record on if there is room; it never waits and never fails.
+
+        Pictures are not passed on: nothing there shows them, and they would crowd out the rest.
+        """
+        if isinstance(record, PicturesTaken):
+            return
         if self.ended:
             self.dropped += 1
             return

@@ -40,6 +40,11 @@ def schema_name(topic: str) -> str:
 @cache
 def schema_descriptors(topic: str) -> bytes:
     """Return the serialized ``FileDescriptorSet`` of a scene topic, what it imports first."""
+    return descriptors_of(SCENE_TYPES[topic])
+
+
+def descriptors_of(message_type: type[Message]) -> bytes:
+    """Return the serialized ``FileDescriptorSet`` of a message type, what it imports first."""
     files: dict[str, Any] = {}
 
     # Any: the classes of protobuf's compiled and pure implementations have no common name.
@@ -49,7 +54,7 @@ def schema_descriptors(topic: str) -> bytes:
                 add(imported)
         files[file.name] = file
 
-    add(SCENE_TYPES[topic].DESCRIPTOR.file)
+    add(message_type.DESCRIPTOR.file)
     found = descriptor_pb2.FileDescriptorSet()
     for file in files.values():
         file.CopyToProto(found.file.add())

@@ -150,6 +150,13 @@ class SessionRecording:
                 if self._kept(raw.sequence, span):
                     yield raw
 
+    def find(self, topic: str, sequence: int, log_time_ns: int) -> RawRecord | None:
+        """Return one record; see `Recording.find`."""
+        for part, span in zip(self.parts, self.spans, strict=True):
+            if self._kept(sequence, span):
+                return part.find(topic, sequence, log_time_ns)
+        return None
+
     def columns(self, topic: str) -> list[dict[str, npt.NDArray[Any]]]:
         """Return a topic's records as arrays; see `Recording.columns`."""
         if len(self.parts) == 1:

@@ -130,6 +130,27 @@ class Recording:
             topics = {topic for topic in topics if topic.split("/")[0] in families}
         yield from self._select(topics, after)
 
+    def find(self, topic: str, sequence: int, log_time_ns: int) -> RawRecord | None:
+        """Return one record, reading little else; None if there is no such record.
+
+        Args:
+            topic: of the record.
+            sequence: its number.
+            log_time_ns: its log time.
+        """
+        wanted = RawRecord(sequence, topic, log_time_ns, b"")
+        # Where the file's times do not lead to it, it is looked for from the beginning.
+        for since in (wanted, None):
+            for batch in self._batches({topic}, since):
+                messages = batch.messages
+                for place in np.flatnonzero(messages.sequence == sequence)[:1].tolist():
+                    start = int(messages.start[place])
+                    data = bytes(batch.data[start : start + int(messages.length[place])])
+                    return RawRecord(sequence, topic, int(messages.log_time_ns[place]), data)
+                if messages.sequence.size and int(messages.sequence[-1]) > sequence:
+                    break
+        return None
+
     def columns(self, topic: str) -> list[dict[str, npt.NDArray[Any]]]:
         """Return a topic's records as arrays, without an object for each record.
 

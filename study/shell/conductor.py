@@ -38,6 +38,8 @@ from study.session.session import Session
 from study.shell.fitting import FitAnswer, Fitter
 from study.shell.fleet import Fleet
 from study.shell.fleet_host import FleetAnswer
+from study.shell.picture_packing import Packed
+from study.shell.picture_records import PictureRecords
 
 DURABLE_TIMEOUT_S = 10.0
 
@@ -75,6 +77,7 @@ class Conductor:
         on_show: called with every screen that is to be shown.
         on_pictures: called with the pictures that the task took of its robots, see
             `study.tasks.base.PicturedTask`, before the screen that they belong to.
+        picture_records: makes records of them; None where none are recorded.
     """
 
     def __init__(
@@ -88,6 +91,7 @@ class Conductor:
         waits_for_disk: bool,
         on_show: Callable[[Screen], None] | None = None,
         on_pictures: Callable[[npt.NDArray[np.uint8]], None] | None = None,
+        picture_records: PictureRecords | None = None,
     ) -> None:
         self.session = session
         self._recorder = recorder
@@ -97,6 +101,7 @@ class Conductor:
         self._waits_for_disk = waits_for_disk
         self._on_show = on_show
         self._on_pictures = on_pictures
+        self._picture_records = picture_records
         self._fleet_request = -1
         self._fits_pending = 0
         self.screen: Screen | None = None
@@ -155,8 +160,13 @@ class Conductor:
         elif isinstance(effect, StartFleet | StepFleet):
             self._fleet_request = effect.request_id
             # Nobody looks at a fleet while a screen asks to wait.
-            looked_at = self._on_pictures is not None and not isinstance(self.screen, WaitScreen)
-            self._fleet.request(effect, pictures=looked_at)
+            seen = not isinstance(self.screen, WaitScreen)
+            records = self._picture_records
+            self._fleet.request(
+                effect,
+                pictures=seen and self._on_pictures is not None,
+                keep=records is not None and records.asked(effect, seen=seen),
+            )
         elif isinstance(effect, RequestFit):
             self._fits_pending += 1
             self._fitter.request(effect)
@@ -188,6 +198,11 @@ class Conductor:
         return self._fleet_request >= 0
 
     @property
+    def pictures_pending(self) -> bool:
+        """Whether pictures are on their way to the recording; nothing need wait for them."""
+        return self._picture_records is not None and self._picture_records.awaited
+
+    @property
     def fit_pending(self) -> bool:
         """Whether an answer of the fitter is awaited, be it to a fit in the background."""
         return self._fits_pending > 0
@@ -203,7 +218,11 @@ class Conductor:
             Whether anything came.
         """
         came = False
-        fleet = self._fleet.poll(wait_s) if self.fleet_pending else None
+        awaited = self.fleet_pending or self.pictures_pending
+        fleet = self._fleet.poll(wait_s) if awaited else None
+        while isinstance(fleet, Packed):
+            self._record_pictures(fleet, now())
+            fleet = self._fleet.poll()
         for report in fleet.reports if fleet is not None else ():
             self.feed(
                 RobotReported(
@@ -221,23 +240,40 @@ class Conductor:
             self._fleet_request = -1
             if self._on_pictures and fleet.pictures is not None:
                 self._on_pictures(fleet.pictures)
-            self.feed(
-                FleetObserved(
-                    t_ns=now(),
-                    request_id=fleet.request_id,
-                    robots=len(fleet.states),
-                    states=fleet.states,
-                    rewards=fleet.rewards,
-                    outcomes=fleet.outcomes,
-                    policy_actions=fleet.policy_actions,
-                    scores=fleet.scores,
-                )
-            )
+            self._take_answer(fleet, now())
         if self.fit_pending and (answer := self._fitter.poll(wait_s)) is not None:
             came = True
             self._fits_pending -= 1
             self._take_fit(answer, now())
         return came
+
+    def _take_answer(self, answer: FleetAnswer, t_ns: int) -> None:
+        trial_id = self.trial_id
+        self.feed(
+            FleetObserved(
+                t_ns=t_ns,
+                request_id=answer.request_id,
+                robots=len(answer.states),
+                states=answer.states,
+                rewards=answer.rewards,
+                outcomes=answer.outcomes,
+                policy_actions=answer.policy_actions,
+                scores=answer.scores,
+            )
+        )
+        if self._picture_records is not None:
+            # A fleet run may begin or end with its answer.
+            trial_id = max(trial_id, self.trial_id)
+            self._picture_records.answered(answer, t_ns, trial_id, self.screen, self._fleet)
+
+    def _record_pictures(self, packed: Packed, now_ns: int) -> None:
+        """Record pictures that have come; what keeps them off the recording ends no session."""
+        if self._picture_records is None:
+            return
+        record = self._picture_records.packed(packed, now_ns)
+        if record is not None:
+            # Logged when they came, so that log times go on with the numbers.
+            self._recorder.write(record, self._epoch_ns + now_ns)
 
     def _take_fit(self, answer: FitAnswer, t_ns: int) -> None:
         request = answer.request

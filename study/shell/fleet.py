@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
@@ -10,6 +11,7 @@ from study.errors import StudyError
 from study.families import load_member
 from study.session.effects import StartFleet, StepFleet
 from study.shell.fleet_host import FleetAnswer, FleetHost, FleetNews
+from study.shell.picture_packing import Packed, Packer
 from study.shell.workers import Worker, WorkerFailure
 
 EMERGENCY_KEY = "f12"
@@ -31,15 +33,32 @@ class Emergency(Protocol):
 class Fleet(Protocol):
     """Answers each request once, in order."""
 
-    def request(self, effect: StartFleet | StepFleet, *, pictures: bool = False) -> None:
-        """Ask for an effect to be carried out; with pictures if the task takes some."""
+    def request(
+        self, effect: StartFleet | StepFleet, *, pictures: bool = False, keep: bool = False
+    ) -> None:
+        """Ask for an effect to be carried out.
+
+        Args:
+            effect: what the session asks for.
+            pictures: whether the answer comes with pictures, if the task takes some.
+            keep: whether they are kept until the next request, for `pack`.
+        """
+        ...
+
+    def pack(self, robots: tuple[int, ...], *, anew: bool) -> None:
+        """Ask for the pictures kept of some robots to be packed for the recording.
+
+        Args:
+            robots: from 0, ascending.
+            anew: whether pictures are packed, too, that were packed before.
+        """
         ...
 
     def add_artefact(self, artefact_id: str, kind: str, algorithm: str, weights: bytes) -> None:
         """Make a fit usable."""
         ...
 
-    def poll(self, seconds: float = 0.0) -> FleetAnswer | FleetNews | None:
+    def poll(self, seconds: float = 0.0) -> FleetAnswer | FleetNews | Packed | None:
         """Return an answer, or what precedes it, if there is one within ``seconds``."""
         ...
 
@@ -50,9 +69,25 @@ class Fleet(Protocol):
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class LookedAt:
-    """An effect whose answer comes with pictures."""
+    """An effect at which pictures are taken.
+
+    Attributes:
+        effect: what the session asks for.
+        pictures: whether they come with the answer.
+        keep: whether they are kept, to be packed.
+    """
 
     effect: StartFleet | StepFleet
+    pictures: bool
+    keep: bool
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Pack:
+    """Pictures that are to be packed; see `Fleet.pack`."""
+
+    robots: tuple[int, ...]
+    anew: bool
 
 
 class InlineFleet:
@@ -60,20 +95,31 @@ class InlineFleet:
 
     def __init__(self, task: str, parameters: Mapping[str, object]) -> None:
         self._host = FleetHost(task, parameters)
-        self._answer: FleetAnswer | None = None
+        self._packer = Packer()
+        self._answers: deque[FleetAnswer | Packed] = deque()
 
-    def request(self, effect: StartFleet | StepFleet, *, pictures: bool = False) -> None:
-        """Carry out the effect at once."""
-        self._answer = self._host.answer(effect, pictures=pictures)
+    def request(
+        self, effect: StartFleet | StepFleet, *, pictures: bool = False, keep: bool = False
+    ) -> None:
+        """Carry out the effect at once; an answer that nobody took is let go."""
+        self._answers = deque(each for each in self._answers if isinstance(each, Packed))
+        asked = LookedAt(effect, pictures, keep)
+        looked_at = pictures or keep
+        self._answers.append(
+            _looked_at(self._host, self._packer, asked) if looked_at else self._host.answer(effect)
+        )
+
+    def pack(self, robots: tuple[int, ...], *, anew: bool) -> None:
+        """Pack at once."""
+        self._answers.append(self._packer.pack(robots, anew=anew))
 
     def add_artefact(self, artefact_id: str, kind: str, algorithm: str, weights: bytes) -> None:
         """Make a fit usable."""
         self._host.add_artefact(artefact_id, kind, algorithm, weights)
 
-    def poll(self, seconds: float = 0.0) -> FleetAnswer | None:  # noqa: ARG002 - never waits
-        """Return the answer, once."""
-        answer, self._answer = self._answer, None
-        return answer
+    def poll(self, seconds: float = 0.0) -> FleetAnswer | Packed | None:  # noqa: ARG002 - never waits
+        """Return an answer, once."""
+        return self._answers.popleft() if self._answers else None
 
     def close(self) -> None:
         """Free the task."""
@@ -86,22 +132,28 @@ class ProcessFleet:
     def __init__(self, task: str, parameters: Mapping[str, object]) -> None:
         self._worker = Worker(serve_fleet, task, dict(parameters), tells=True)
 
-    def request(self, effect: StartFleet | StepFleet, *, pictures: bool = False) -> None:
+    def request(
+        self, effect: StartFleet | StepFleet, *, pictures: bool = False, keep: bool = False
+    ) -> None:
         """Send the effect; the answer comes when it comes."""
-        self._worker.send(LookedAt(effect) if pictures else effect)
+        self._worker.send(LookedAt(effect, pictures, keep) if pictures or keep else effect)
+
+    def pack(self, robots: tuple[int, ...], *, anew: bool) -> None:
+        """Send the wish; it is met while nothing else is asked for."""
+        self._worker.send(Pack(robots, anew))
 
     def add_artefact(self, artefact_id: str, kind: str, algorithm: str, weights: bytes) -> None:
         """Make a fit usable; requests are served in order, so no answer is needed."""
         self._worker.send((artefact_id, kind, algorithm, weights))
 
-    def poll(self, seconds: float = 0.0) -> FleetAnswer | FleetNews | None:
+    def poll(self, seconds: float = 0.0) -> FleetAnswer | FleetNews | Packed | None:
         """Return an answer, or what precedes it, if there is one within ``seconds``."""
         answer: Any = self._worker.poll(seconds)
         if isinstance(answer, WorkerFailure):
             raise StudyError(f"the fleet failed: {answer.reason}")
         if answer == "artefact added":
             return None
-        return answer if isinstance(answer, FleetAnswer | FleetNews) else None
+        return answer if isinstance(answer, FleetAnswer | FleetNews | Packed) else None
 
     def close(self) -> None:
         """End the process."""
@@ -112,17 +164,26 @@ def serve_fleet(
     task: str, parameters: dict[str, object], tell: Callable[[FleetNews], None]
 ) -> Callable[[Any], Any]:
     """Make the serving function of the fleet's process."""
-    host = FleetHost(task, parameters, tell)
+    host, packer = FleetHost(task, parameters, tell), Packer()
 
     def serve(request: Any) -> Any:  # noqa: ANN401 - effects and artefacts
         if isinstance(request, StartFleet | StepFleet):
             return host.answer(request)
         if isinstance(request, LookedAt):
-            return host.answer(request.effect, pictures=True)
+            return _looked_at(host, packer, request)
+        if isinstance(request, Pack):
+            return packer.pack(request.robots, anew=request.anew)
         host.add_artefact(*request)
         return "artefact added"
 
     return serve
+
+
+def _looked_at(host: FleetHost, packer: Packer, asked: LookedAt) -> FleetAnswer:
+    """Carry out an effect at which pictures are taken."""
+    answer = host.answer(asked.effect, pictures=True)
+    packer.keep(answer.request_id, answer.pictures if asked.keep else None)
+    return answer if asked.pictures else dataclasses.replace(answer, pictures=None)
 
 
 def open_fleet(task: str, parameters: Mapping[str, object]) -> Fleet:

@@ -34,7 +34,7 @@ class FleetAnswer:
 
     Attributes:
         pictures: what each robot shows, see `study.tasks.base.PicturedTask`; None unless asked
-            for, or where the task takes none. Neither recorded nor seen by the session.
+            for, or where the task takes none. The session never sees them.
         reports: which robots were stopped since the last answer, or may drive again.
     """
 

@@ -59,7 +59,7 @@ def run_virtual(conductor: Conductor, operator: Operator, clock: VirtualClock) -
     """
     idle_ticks = 0
     while not conductor.finished:
-        while (conductor.fleet_pending or conductor.fit_pending) and not conductor.finished:
+        while _awaits(conductor) and not conductor.finished:
             conductor.collect(clock.now, wait_s=1.0)
         if conductor.finished:
             return
@@ -83,6 +83,11 @@ def run_virtual(conductor: Conductor, operator: Operator, clock: VirtualClock) -
             raise StudyError(f"the simulated operator found no way on from {type(screen).__name__}")
         if running and conductor.pace.timesteps_per_second > 0 and not conductor.finished:
             conductor.feed(TimestepDue(clock.now_ns, late_ns=0))
+
+
+def _awaits(conductor: Conductor) -> bool:
+    """Whether an answer is on its way: of the fleet, with its pictures, or of the fitter."""
+    return conductor.fleet_pending or conductor.pictures_pending or conductor.fit_pending
 
 
 def _takes_text(screen: Screen | None) -> bool:

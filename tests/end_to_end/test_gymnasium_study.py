@@ -19,12 +19,14 @@ from study.commands.simulating import simulate_session, simulated_assignments
 from study.events.codes import ActionSource
 from study.events.events import Timestep
 from study.events.fields import Record
-from study.events.shell import TrialTiming
+from study.events.inputs import FleetObserved
+from study.events.shell import PicturesTaken, TrialTiming
 from study.foxglove.export import export
 from study.loading import LoadedProtocol, load_protocol
 from study.recording.reader import read_recording
 from study.screens import FleetScreen
 from study.shell.drawing.fleet import tile_places
+from study.shell.picture_records import PictureRecords
 from study.verification import verify
 
 pytest.importorskip("gymnasium")
@@ -139,14 +141,20 @@ class _Kept:
 def test_a_live_session_shows_moving_pictures(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """On the real clock, in a window, tiles show the carts; timesteps do not wait for pictures."""
+    """On the real clock, in a window, tiles show the carts; timesteps do not wait for pictures.
+
+    Nor do they for their recording.
+    """
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     faster = (("timesteps_per_second = 10.0", "timesteps_per_second = 20.0"),)
     loaded = load_protocol(str(variant(tmp_path, *SHORTER, *faster, base="cart_pole")))
     (assignment,) = simulated_assignments(loaded, 1, seed=5)
     recorder = _Kept()
     with closing(_ColourWindow()) as window:
-        session = go_through(window, loaded, session_opened(loaded, assignment), recorder)
+        session = go_through(
+            window, loaded, session_opened(loaded, assignment), recorder,
+            picture_records=PictureRecords(lambda: True),
+        )  # fmt: skip
     assert session.complete
     # A cart on its track, a pole: never words or an empty tile.
     assert len(window.colours) > 100
@@ -156,3 +164,8 @@ def test_a_live_session_shows_moving_pictures(
     for timing in timings:
         # On a quiet machine 0.05; what else runs takes its share.
         assert 0.045 < timing.timestep_mean < 0.1
+    taken = [record for record in recorder.records if isinstance(record, PicturesTaken)]
+    answers = {record.t_ns for record in recorder.records if isinstance(record, FleetObserved)}
+    assert {record.t_ns for record in taken} <= answers
+    assert len(taken) > 150
+    assert {(record.robots, len(record.shown)) for record in taken} >= {(1, 1), (6, 6), (6, 1)}

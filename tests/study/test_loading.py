@@ -109,3 +109,18 @@ def test_a_gate_at_a_scorer_that_learns_nothing_is_refused(tmp_path: Path) -> No
     with pytest.raises(ProtocolError) as caught:
         load_protocol(str(path))
     assert 'scorers.control.gate: given for "random", which learns nothing' in str(caught.value)
+
+
+def test_pictures_of_a_task_without_any_are_refused(tmp_path: Path) -> None:
+    """Nothing could be recorded; the message says what to write instead."""
+    path = variant(tmp_path)
+    text = path.read_text()
+    path.write_text(text + '\n[recording]\npictures = "none"\n')
+    assert load_protocol(str(path)).protocol.recording.pictures == "none"
+    path.write_text(text + '\n[recording]\npictures = "jpeg"\n')
+    with pytest.raises(ProtocolError, match=r"recording\.pictures") as caught:
+        load_protocol(str(path))
+    assert 'the task "navigation" takes no pictures' in str(caught.value)
+    path.write_text(text + '\n[recording]\npictures = "png"\n')
+    with pytest.raises(ProtocolError, match=r"recording\.pictures"):
+        load_protocol(str(path))

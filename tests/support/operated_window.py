@@ -14,6 +14,7 @@ from study.shell.conductor import Conductor
 from study.shell.fitting import InlineFitter
 from study.shell.fleet import open_fleet
 from study.shell.live_loop import LiveClock, LiveLoop
+from study.shell.picture_records import PictureRecords
 from study.shell.raw_inputs import RawInput, RawKey
 from study.shell.window import Window
 from study.simulated.operator import SimulatedOperator
@@ -54,8 +55,17 @@ def go_through(
     loaded: LoadedProtocol,
     opened: SessionOpened,
     recorder: Any,
+    picture_records: PictureRecords | None = None,
 ) -> Session:
-    """Go through a session to its end, or until the window raises what it likes."""
+    """Go through a session to its end, or until the window raises what it likes.
+
+    Args:
+        window: where the participant sits.
+        loaded: the protocol.
+        opened: how the session opens.
+        recorder: what takes its records.
+        picture_records: makes records of pictures; None where none are recorded.
+    """
     task = loaded.protocol.task
     fleet = open_fleet(task.name, task.parameters)
     fitter = InlineFitter(loaded.description, recorded_weights(loaded))
@@ -63,6 +73,7 @@ def go_through(
         conductor = Conductor(
             Session(), recorder, fleet, fitter,
             epoch_ns=0, waits_for_disk=False, on_pictures=window.pictures.take,
+            picture_records=picture_records,
         )  # fmt: skip
         conductor.feed(opened)
         LiveLoop(conductor, window, recorder, window.clock).run()

@@ -1,8 +1,8 @@
-"""Takes the pictures of a replay: a task is stepped again to where the recording is.
+"""Finds the pictures of a replay: in the recording, or a task is stepped again to where it is.
 
-In a process of its own, as at the session. What it shows is only shown if its states are those
-that were recorded: on another machine, or with another version of what the task is made of, they
-may differ, and a wrong picture would be worse than none.
+The task is stepped in a process of its own, as at the session. What it shows is only shown if its
+states are those that were recorded: on another machine, or with another version of what the task is
+made of, they may differ, and a wrong picture would be worse than none.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from study.families import load_member
 from study.protocol import parse_protocol
 from study.shell.drawing.pictures import Pictures
 from study.shell.replay.film import Episode, Film
+from study.shell.replay.recorded_pictures import RecordedPictures
 from study.shell.workers import Worker
 from study.tasks.base import PicturedTask
 
@@ -31,9 +32,14 @@ Request = tuple[tuple[tuple[int, tuple[int, ...]], ...], npt.NDArray[np.float32]
 
 
 class Camera:
-    """Shows a film as pictures. Its process begins with the first that is asked for."""
+    """Shows a film as pictures. Its process begins with the first that is not in the recording.
 
-    def __init__(self) -> None:
+    Args:
+        recorded: the pictures that the recording holds; None for none.
+    """
+
+    def __init__(self, recorded: RecordedPictures | None = None) -> None:
+        self._recorded = recorded
         self._worker: Worker | None = None
         self._shown: tuple[int, Pictures] | None = None
         self._usable = True
@@ -43,7 +49,9 @@ class Camera:
         if (film.number, pictures) == self._shown:
             return
         self._shown = (film.number, pictures)
-        found = self._found(film) if self._usable and film.episodes else None
+        found = self._recorded.at(film.t_ns, len(film.episodes)) if self._recorded else None
+        if found is None and self._usable and film.episodes:
+            found = self._found(film)
         pictures.take(found if found is not None else [None] * len(film.episodes))
 
     def _found(self, film: Film) -> list[npt.NDArray[np.uint8] | None] | None:

@@ -1,7 +1,8 @@
 """What each robot did since its episode began: enough for a task to take its pictures again.
 
-Pictures are not recorded. A session that is fed with its recorded inputs asks for the same steps
-as it did then; noted down, with the seeds, they lead a deterministic task to the same states.
+A session that is fed with its recorded inputs asks for the same steps as it did then; noted down,
+with the seeds, they lead a deterministic task to the same states. Pictures that were recorded are
+found by the time of the answer that they came with.
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ class Film:
         episodes: one a robot.
         states: where they have led, float32 [n, d].
         number: another one after every step.
+        t_ns: session time of the answer that led there; -1 before the first.
         protocol_toml: of the session; empty where the task takes no pictures: then nothing is
             noted down.
     """
@@ -46,6 +48,7 @@ class Film:
         default_factory=lambda: np.zeros((0, 0), np.float32)
     )
     number: int = 0
+    t_ns: int = -1
     protocol_toml: str = ""
     _asked: StartFleet | StepFleet | None = None
 
@@ -66,6 +69,7 @@ class Film:
             return
         self._asked = None
         self.number += 1
+        self.t_ns = answer.t_ns
         self.states = answer.states
         if isinstance(asked, StartFleet):
             self.episodes = tuple(Episode(int(seed)) for seed in asked.seeds)

@@ -56,3 +56,21 @@ def test_times_that_lead_astray_lose_nothing(whole: SessionRecording) -> None:
             raw = records[place]
             astray = RawRecord(raw.sequence, raw.topic, wrong_ns, raw.data)
             assert list(whole.raw("input", after=astray)) == records[place + 1 :]
+
+
+def test_any_record_is_found_by_its_number(tmp_path: Path, whole: SessionRecording) -> None:
+    """In one part or in several, with a time that leads to it or astray; others are not there."""
+    records = [raw for raw in whole.raw() if raw.sequence]
+    write_part(tmp_path, records[:330])
+    resumed = read_session(resume(find_boundary(study_loaded(), "P01", tmp_path), tmp_path))
+    assert resumed.left_out_records
+    for session in (whole, resumed):
+        for raw in [raw for raw in session.raw() if raw.sequence][::17]:
+            for time_ns in (raw.log_time_ns, 0, 2**62):
+                assert session.find(raw.topic, raw.sequence, time_ns) == raw
+            assert session.find("event/no_such", raw.sequence, raw.log_time_ns) is None
+    last = records[-1]
+    assert whole.find(last.topic, last.sequence + 9, last.log_time_ns) is None
+    kept = {raw.sequence for raw in resumed.raw()}
+    left_out = next(raw for raw in records[:330] if raw.sequence not in kept)
+    assert resumed.find(left_out.topic, left_out.sequence, left_out.log_time_ns) is None

@@ -6,21 +6,27 @@ import os
 from contextlib import closing
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from extras import need
+from pictured_session import RECORDED
 from protocols import in_doom
 from seen_inputs import SeenInputs
 from study.commands.recorded_scorers import recorded_weights
-from study.commands.simulating import simulated_assignments
+from study.commands.simulating import simulate_session, simulated_assignments
 from study.commands.unrecorded import run_unrecorded
 from study.events.inputs import FleetObserved
 from study.loading import load_protocol
 from study.messages import messages_for
+from study.recording.parts import read_whole_session
+from study.recording.wire import decode
+from study.screens import FleetScreen
 from study.shell.drawing.pictures import Pictures
 from study.shell.fitting import InlineFitter
 from study.shell.replay.camera import Camera
 from study.shell.replay.head import Head
+from study.shell.replay.recorded_pictures import RecordedPictures
 from study.shell.virtual_loop import VirtualClock
 
 pytestmark = pytest.mark.acceptance
@@ -95,3 +101,33 @@ def test_without_the_engine_all_pictures_are_missing(
                 ] * given.robots
                 asked += 1
     assert asked > 60
+
+
+def test_without_the_engine_recorded_pictures_are_seen(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of each timestep the last picture, of every robot on the screen; no process is started."""
+    need("vizdoom")
+    protocol = in_doom(tmp_path, *SMALLER)
+    protocol.write_text(protocol.read_text() + RECORDED)
+    (assignment,) = simulated_assignments(load_protocol(str(protocol)), 1, seed=3)
+    path = simulate_session(str(protocol), assignment, 3, tmp_path)
+
+    def refuse(*_: object) -> None:
+        raise AssertionError("the engine was asked")
+
+    monkeypatch.setattr("study.shell.replay.camera.Worker", refuse)
+    head, pictures, compared = Head(), Pictures(), 0
+    with closing(Camera(RecordedPictures(read_whole_session(path)))) as camera:
+        for raw in read_whole_session(path).raw("input"):
+            given = decode(raw.topic, raw.data)
+            head.feed(raw, given)  # type: ignore[arg-type]
+            if isinstance(given, FleetObserved) and isinstance(head.screen, FleetScreen):
+                camera.show(head.film, pictures)
+                for tile in head.screen.tiles:
+                    pixels = pictures.of(tile.robot).pixels
+                    assert pixels is not None
+                    assert pixels.shape == (120, 160, 3)
+                    assert len(np.unique(pixels)) > 30
+                    compared += 1
+    assert compared > 100
