@@ -12,6 +12,7 @@ from study.families import load_member
 from study.session.effects import StartFleet, StepFleet
 from study.shell.fleet_host import FleetAnswer, FleetHost, FleetNews
 from study.shell.picture_packing import Packed, Packer
+from study.shell.shared_pictures import Laid, PictureShelf, PictureTaker, can_share
 from study.shell.workers import Worker, WorkerFailure
 
 EMERGENCY_KEY = "f12"
@@ -75,11 +76,21 @@ class LookedAt:
         effect: what the session asks for.
         pictures: whether they come with the answer.
         keep: whether they are kept, to be packed.
+        share: whether they are to be laid where the other process can take them.
     """
 
     effect: StartFleet | StepFleet
     pictures: bool
     keep: bool
+    share: bool = False
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class AnswerWithLaid:
+    """An answer whose pictures lie in shared memory."""
+
+    answer: FleetAnswer
+    laid: Laid
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -131,12 +142,15 @@ class ProcessFleet:
 
     def __init__(self, task: str, parameters: Mapping[str, object]) -> None:
         self._worker = Worker(serve_fleet, task, dict(parameters), tells=True)
+        self._taker = PictureTaker()
+        self._shares = can_share()
 
     def request(
         self, effect: StartFleet | StepFleet, *, pictures: bool = False, keep: bool = False
     ) -> None:
         """Send the effect; the answer comes when it comes."""
-        self._worker.send(LookedAt(effect, pictures, keep) if pictures or keep else effect)
+        asked = LookedAt(effect, pictures, keep, self._shares)
+        self._worker.send(asked if pictures or keep else effect)
 
     def pack(self, robots: tuple[int, ...], *, anew: bool) -> None:
         """Send the wish; it is met while nothing else is asked for."""
@@ -153,7 +167,17 @@ class ProcessFleet:
             raise StudyError(f"the fleet failed: {answer.reason}")
         if answer == "artefact added":
             return None
+        if isinstance(answer, AnswerWithLaid):
+            return self._with_pictures(answer)
         return answer if isinstance(answer, FleetAnswer | FleetNews | Packed) else None
+
+    def _with_pictures(self, given: AnswerWithLaid) -> FleetAnswer:
+        try:
+            return dataclasses.replace(given.answer, pictures=self._taker.take(given.laid))
+        except OSError:
+            # Some systems keep processes from each other's memory. The next ones come by the pipe.
+            self._shares = False
+            return given.answer
 
     def close(self) -> None:
         """End the process."""
@@ -164,13 +188,17 @@ def serve_fleet(
     task: str, parameters: dict[str, object], tell: Callable[[FleetNews], None]
 ) -> Callable[[Any], Any]:
     """Make the serving function of the fleet's process."""
-    host, packer = FleetHost(task, parameters, tell), Packer()
+    host, packer, shelf = FleetHost(task, parameters, tell), Packer(), PictureShelf()
 
     def serve(request: Any) -> Any:  # noqa: ANN401 - effects and artefacts
         if isinstance(request, StartFleet | StepFleet):
             return host.answer(request)
         if isinstance(request, LookedAt):
-            return _looked_at(host, packer, request)
+            answer = _looked_at(host, packer, request)
+            if not request.share or answer.pictures is None:
+                return answer
+            laid = shelf.lay(answer.pictures)
+            return AnswerWithLaid(dataclasses.replace(answer, pictures=None), laid)
         if isinstance(request, Pack):
             return packer.pack(request.robots, anew=request.anew)
         host.add_artefact(*request)
