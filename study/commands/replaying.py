@@ -71,6 +71,7 @@ def watch(file: Path, wish: Wish) -> None:
     messages = texts_of(marks.language)
     with closing(Camera(RecordedPictures(recording))) as camera:
         Viewer(tape, marks, player, wish.view, messages, wish.size, wish.ui_scale, camera).run()
+    _tell_substitute(camera)
     _tell_end(tape)
 
 
@@ -105,11 +106,22 @@ def film(file: Path, wish: Wish, target: Path) -> bool:
         note_export(file, target)
     except StudyError as error:
         errors.print(f"[yellow]The register does not know of this file:[/] {escape(str(error))}")
+    _tell_substitute(camera)
     console.print(
         f"{cut.frames} frames of {size[0]}x{size[1]} pixels written to {escape(str(target))}"
     )
     _tell_end(tape)
     return recording.complete and not tape.difference
+
+
+def _tell_substitute(camera: Camera) -> None:
+    """Say if tiles showed something else than the participant saw."""
+    if camera.unusable:
+        errors.print(
+            "[yellow]Pictures that tiles showed are not in the recording, and could not be taken "
+            f"again here:[/] {escape(camera.unusable)}\n  Tiles show the map from above instead, "
+            "or that there is no picture."
+        )
 
 
 def _opened(file: Path, wish: Wish) -> tuple[SessionRecording, Marks, Tape]:

@@ -24,7 +24,7 @@ def _serve(
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # What is loaded stays: no garbage collection need walk it, now or later.
     gc.disable()
-    serve = make(*arguments, connection.send) if tells else make(*arguments)
+    serve = _made(make, (*arguments, connection.send) if tells else arguments)
     gc.freeze()
     gc.enable()
     while True:
@@ -40,6 +40,15 @@ def _serve(
             connection.send(answer)
         except (BrokenPipeError, OSError):
             return
+
+
+def _made(make: Callable[..., Serve], arguments: tuple[Any, ...]) -> Serve:
+    """Make the serving function; if that fails, one that answers each request with the reason."""
+    try:
+        return make(*arguments)
+    except Exception as error:
+        failure = WorkerFailure(str(error) or type(error).__name__)
+        return lambda _: failure
 
 
 class WorkerFailure:

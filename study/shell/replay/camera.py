@@ -8,7 +8,6 @@ made of, they may differ, and a wrong picture would be worse than none.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ from study.protocol import parse_protocol
 from study.shell.drawing.pictures import Pictures
 from study.shell.replay.film import Episode, Film
 from study.shell.replay.recorded_pictures import RecordedPictures
-from study.shell.workers import Worker
+from study.shell.workers import Worker, WorkerFailure
 from study.tasks.base import PicturedTask
 
 PATIENCE_S = 20.0
@@ -36,13 +35,16 @@ class Camera:
 
     Args:
         recorded: the pictures that the recording holds; None for none.
+
+    Attributes:
+        unusable: why pictures cannot be taken again here, in words; empty as long as they can.
     """
 
     def __init__(self, recorded: RecordedPictures | None = None) -> None:
         self._recorded = recorded
         self._worker: Worker | None = None
         self._shown: tuple[int, Pictures] | None = None
-        self._usable = True
+        self.unusable = ""
 
     def show(self, film: Film, pictures: Pictures) -> None:
         """Bring pictures to where a film is: those of robots that cannot be shown are missing."""
@@ -50,7 +52,7 @@ class Camera:
             return
         self._shown = (film.number, pictures)
         found = self._recorded.at(film.t_ns, len(film.episodes)) if self._recorded else None
-        if found is None and self._usable and film.episodes:
+        if found is None and not self.unusable and film.episodes:
             found = self._found(film)
         pictures.take(found if found is not None else [None] * len(film.episodes))
 
@@ -59,7 +61,7 @@ class Camera:
             tuple((episode.seed, episode.actions) for episode in film.episodes),
             film.states,
         )
-        with suppress(StudyError):
+        try:
             if self._worker is None:
                 task = parse_protocol(film.protocol_toml, "the recorded protocol").task
                 _refuse_modules(task.name)
@@ -68,8 +70,11 @@ class Camera:
             answer = self._worker.poll(PATIENCE_S)
             if isinstance(answer, list):
                 return answer
+            late = f"no answer for {PATIENCE_S:g} s"
+            self.unusable = answer.reason if isinstance(answer, WorkerFailure) else late
+        except StudyError as error:
+            self.unusable = str(error)
         # It cannot be drawn here, and will not be the next time.
-        self._usable = False
         self.close()
         return None
 

@@ -99,3 +99,16 @@ def test_close_leaves_no_process() -> None:
 
 def _sleeper() -> Any:
     return time.sleep
+
+
+def test_what_cannot_be_made_is_said_to_whoever_asks() -> None:
+    """A process whose object cannot be made says why, each time, and prints no traceback."""
+    made = Worker(methodcaller)
+    try:
+        for _ in range(2):
+            made.send("a")
+            failed = answer(made)
+            assert isinstance(failed, WorkerFailure)
+            assert "method name" in failed.reason
+    finally:
+        made.close()

@@ -16,7 +16,9 @@ import pytest
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from mcap.reader import make_reader
 
+from command_line import study
 from pictured_session import pictured_session
+from protocols import ROOT
 from shown_pictures import draw_without_window
 from study.events.inputs import FleetObserved
 from study.events.shell import PicturesTaken
@@ -351,12 +353,25 @@ def test_the_replay_draws_them(recorded: Path, hidden: None) -> None:
     t_ns, colours = tiles[len(tiles) // 2], []
     for source in (RecordedPictures(recording), None):
         with closing(Camera(source)) as camera:
-            camera._usable = False
+            camera.unusable = "a test"
             picture = Picture((1280, 960), marks, "participant", camera=camera)
             surface = pygame.Surface((1280, 960))
             picture.draw(surface, Shown(tape.go_to(t_ns), t_ns, playing=True, speed=1.0))
             colours.append(len(np.unique(pygame.surfarray.array2d(surface))))
     assert colours[0] > colours[1] + 200
+
+
+def test_it_is_said_that_others_are_shown(plain: Path, tmp_path: Path) -> None:
+    """Whoever watches a recording without pictures where they cannot be taken is told so."""
+    (tmp_path / "sitecustomize.py").write_text('import sys\nsys.modules["gymnasium"] = None\n')
+    without = {"PYTHONPATH": f"{tmp_path}:{ROOT}"}
+    done = study(
+        "replay", plain, "--video", tmp_path / "x.webm", "--trial", "1", "--rate", "2",
+        environment=without,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "could not be taken again here" in done.stderr
+    assert "gymnasium" in done.stderr
 
 
 def test_foxglove_gets_them_as_images(recorded: Path, plain: Path, tmp_path: Path) -> None:

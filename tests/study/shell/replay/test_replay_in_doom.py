@@ -100,6 +100,7 @@ def test_without_the_engine_all_pictures_are_missing(
                     None
                 ] * given.robots
                 asked += 1
+        assert "make doom" in camera.unusable
     assert asked > 60
 
 
