@@ -9,7 +9,7 @@ import pygame
 
 from study.messages import SOURCE, Messages, messages_for
 from study.shell.drawing import boxes, palette
-from study.shell.drawing.drawn import Boxed, Part, Watcher, Written, is_crowded
+from study.shell.drawing.drawn import AlikeParts, Boxed, Part, Watcher, Written, is_crowded
 from study.shell.drawing.kept import Kept
 from study.shell.drawing.lettering import (
     CAP_HEIGHT,
@@ -29,8 +29,8 @@ SMALLEST_SCALE = 0.85
 SHRINK = 0.72
 """Text that does not fit may shrink to this share of its size before it counts as clipped."""
 LEADING = 1.42
-MOST_ALIKE = 512
-"""Small parts that look alike in several places: rows of health, a few kilobytes each."""
+ALIKE_ROOM = 4 << 20
+"""Bytes of small parts that look alike in several places at a time, such as rows of health."""
 BACKGROUND_ROOM = 64 << 20
 """Bytes of all backgrounds together: four that fill the largest window, or many small ones."""
 
@@ -61,6 +61,8 @@ class Canvas:
         written: lines written since the list was last cleared, those of kept parts included.
         boxed: boxes drawn since the list was last cleared where nothing moves, likewise.
         watcher: for tests: told of all that is drawn.
+        sprites: smooth shapes.
+        alike: parts that look alike in several places.
     """
 
     def __init__(
@@ -78,17 +80,17 @@ class Canvas:
         self.watcher: Watcher | None = None
         self._aside = False
         self._moving = False
-        self._sprites = Sprites()
+        self.sprites = Sprites()
         self._backgrounds = Kept(BACKGROUND_ROOM)
         self._parts: dict[Hashable, Part] = {}
-        self._alike: dict[Hashable, Part] = {}
+        self.alike = AlikeParts(ALIKE_ROOM)
 
     def rescale(self, scale: float) -> None:
         """Draw at another number of pixels to one design pixel from now on."""
         if scale != self.scale:
             self.scale = scale
             self._parts.clear()
-            self._alike.clear()
+            self.alike.clear()
 
     @contextmanager
     def at(self, scale: float) -> Iterator[None]:
@@ -129,7 +131,7 @@ class Canvas:
 
     def sprite(self, key: Hashable, width: float, height: float, paint: Paint) -> pygame.Surface:
         """Return a smooth shape (see `Sprites.get`)."""
-        return self._sprites.get(key, width, height, paint)
+        return self.sprites.get(key, width, height, paint)
 
     def background(
         self, key: Hashable, size: tuple[int, int], paint: Callable[[], None]
@@ -175,7 +177,7 @@ class Canvas:
         if found is not None and found.place == place and found.key == key:
             self._show(found)
             return
-        twin = self._alike.get(alike) if self.watcher is None else None
+        twin = self.alike.get(alike) if self.watcher is None else None
         if alike is not None and twin is not None and twin.place.size == place.size:
             self._parts[name] = twin.elsewhere(place, key)
             self._show(self._parts[name])
@@ -187,9 +189,7 @@ class Canvas:
             place, key, picture, tuple(self.written[written:]), tuple(self.boxed[boxed:])
         )
         if alike is not None:
-            self._alike[alike] = part
-            if len(self._alike) > MOST_ALIKE:
-                del self._alike[next(iter(self._alike))]
+            self.alike.keep(alike, part)
 
     def _show(self, part: Part) -> None:
         self.surface.blit(part.picture, part.place)
@@ -344,4 +344,4 @@ class Canvas:
             self.boxed.append(place.copy())
         if self.watcher is not None and not self._aside:
             self.watcher(self.surface, Boxed(place.copy(), fill, edge, self._moving))
-        boxes.paint(self.surface, self._sprites, place, radius, fill, edge, edge_width)
+        boxes.paint(self.surface, self.sprites, place, radius, fill, edge, edge_width)

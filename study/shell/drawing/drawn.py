@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 
 import pygame
 
+from study.shell.drawing.kept import size_of
 from study.shell.drawing.palette import Colour
 
 
@@ -80,3 +81,36 @@ def is_crowded(size: tuple[int, int], written: list[Written], boxes: list[pygame
         for place in places
         for index in place.collidelistall(boxes)
     )
+
+
+class AlikeParts:
+    """Parts by their look, of at most so many bytes together: the oldest goes first.
+
+    Args:
+        room: bytes.
+
+    Attributes:
+        bytes: what all of them take.
+    """
+
+    def __init__(self, room: int) -> None:
+        self._room = room
+        self.bytes = 0
+        self._parts: dict[Hashable, Part] = {}
+
+    def get(self, look: Hashable) -> Part | None:
+        """Return the part that looks so, or None."""
+        return self._parts.get(look)
+
+    def keep(self, look: Hashable, part: Part) -> None:
+        """Keep a part, in place of the one that looks so; the newest always stays."""
+        before = self._parts.pop(look, None)
+        self.bytes += size_of(part.picture) - (size_of(before.picture) if before else 0)
+        self._parts[look] = part
+        while self.bytes > self._room and len(self._parts) > 1:
+            self.bytes -= size_of(self._parts.pop(next(iter(self._parts))).picture)
+
+    def clear(self) -> None:
+        """Keep nothing."""
+        self._parts.clear()
+        self.bytes = 0

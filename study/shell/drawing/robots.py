@@ -49,6 +49,22 @@ def heading_step(heading: float) -> int:
     return round(heading / (2 * math.pi) * HEADING_STEPS) % HEADING_STEPS
 
 
+def _within_an_eighth(step: int) -> tuple[int, bool, int]:
+    """Return a heading of the first 45 degrees that a heading is, but for mirroring and turning.
+
+    A driven robot is large: painted in all headings it would fill tens of megabytes, little by
+    little. Its shape is its own mirror image, so that an eighth of them will do.
+
+    Returns:
+        The heading to paint, whether its picture is then turned upside down, and by how many
+        quarters of a turn, counter-clockwise, it is turned after that.
+    """
+    quarters, rest = divmod(step, HEADING_STEPS // 4)
+    if 2 * rest <= HEADING_STEPS // 4:
+        return rest, False, quarters
+    return HEADING_STEPS // 4 - rest, True, quarters + 1
+
+
 def draw_robot(
     canvas: Canvas,
     x: float,
@@ -72,8 +88,10 @@ def draw_robot(
     """
     if driven:
         radius *= DRIVEN_SCALE
-    step = heading_step(heading)
-    angle = 2 * math.pi * step / HEADING_STEPS
+    painted, mirrored, quarters = heading_step(heading), False, 0
+    if driven:
+        painted, mirrored, quarters = _within_an_eighth(painted)
+    angle = 2 * math.pi * painted / HEADING_STEPS
     reach = radius * (HALO + 0.75 if driven else DROP_TIP) + 3
     rim = max(1.2, radius * 0.12)
 
@@ -94,8 +112,13 @@ def draw_robot(
         pygame.draw.polygon(surface, palette.BLUE, _turned(DART, angle, middle, size * 0.98))
 
     paint = paint_driven if driven else paint_drop
-    key = ("robot", round(radius * 4), step, driven)
-    canvas.put(canvas.sprite(key, 2 * reach, 2 * reach, paint), x, y)
+    key = ("robot", round(radius * 4), painted, driven)
+    sprite = canvas.sprite(key, 2 * reach, 2 * reach, paint)
+    if mirrored:
+        sprite = pygame.transform.flip(sprite, flip_x=False, flip_y=True)
+    if quarters:
+        sprite = pygame.transform.rotate(sprite, 90 * quarters)
+    canvas.put(sprite, x, y)
     size = radius * (0.8 if driven else 1.15) * (0.84 if len(label) > 1 else 1.0)
     if label and size >= SMALLEST_NUMBER:
         canvas.write(label, x, y, size, weight="bold", colour=marks.WHITE, align="centre")
