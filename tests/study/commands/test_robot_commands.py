@@ -57,4 +57,4 @@ def test_keys_stop_and_release(tmp_path: Path) -> None:
         agent.close()
     gone = study("robot-stop", robots, environment=ENVIRONMENT)
     assert gone.returncode == 2
-    assert "no answer from robot1" in gone.stderr
+    assert "do not answer: robot1" in gone.stderr
