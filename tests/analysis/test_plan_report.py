@@ -127,14 +127,14 @@ def test_warnings_are_those_that_apply() -> None:
     """Each assumption that can fail is named where it was made, and only there."""
     given = {"effects": ("9",), "effect_sd": 5.0, "trial_sd": 10.5}
 
-    def said(study: PlannedStudy, **more: float) -> str:
+    def said(study: PlannedStudy, studies: int = 10, **more: float) -> str:
         assumed, rows = settle(study, Given(**given, **more), None)  # type: ignore[arg-type]
-        small = Wanted(grid((4, 5), (2,)), 0.8, 100, 50, 1)
+        small = Wanted(grid((4, 5), (2,)), 0.8, studies, studies // 2, 1)
         found: Plan = make_plan(assumed, small, None, run_here)
         return " ".join(warnings(found, study, rows))
 
     assert isinstance(settle(planned(), Given(**given), None)[0], Assumptions)  # type: ignore[arg-type]
-    plain = said(planned())
+    plain = said(planned(), studies=100)
     assert "Nobody is taken to leave" in plain
     assert "Neither the place in the session" in plain
     assert "no multiple of the 2 orders" in plain

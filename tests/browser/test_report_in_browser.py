@@ -74,6 +74,7 @@ def test_every_figure_says_what_it_shows(seen: dict[str, Any]) -> None:
     assert len(seen["named"]) == len(set(seen["named"]))
 
 
+@pytest.mark.acceptance
 def test_crossed_factors_are_accessible_too(tmp_path: Path) -> None:
     """The report of conditions that cross two factors breaks no rule either, in any view."""
     for plan in study_plans(4, trials=1, timesteps=4, conditions=CROSSED, phase_four=False):

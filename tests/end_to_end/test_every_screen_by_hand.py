@@ -169,6 +169,7 @@ def short(folder: Path) -> str:
     )
 
 
+@pytest.mark.acceptance
 def test_each_screen_in_short_by_keyboard_alone(tmp_path: Path) -> None:
     """Keys pass every kind of screen of a session of two short blocks."""
     folder = tmp_path / "recordings"

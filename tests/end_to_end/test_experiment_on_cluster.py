@@ -20,6 +20,7 @@ pytest.importorskip("distributed", reason="needs the extra cluster")
 TRIALS = 6
 
 
+@pytest.mark.acceptance
 def test_a_worker_killed_in_mid_run_changes_nothing(tmp_path: Path) -> None:
     """The other worker takes its trials over; results are those of one process here."""
     protocol = small_experiment(tmp_path)

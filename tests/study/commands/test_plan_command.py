@@ -49,6 +49,7 @@ def test_a_plan_by_options_reproduces_the_closed_form(tmp_path: Path) -> None:
         assert path.read_bytes() == (two / path.relative_to(one)).read_bytes(), path.name
 
 
+@pytest.mark.acceptance
 def test_a_pilot_of_simulated_participants_of_stated_attention(tmp_path: Path) -> None:
     """They go through the protocol; what is not given is estimated from their recordings."""
     protocol = variant(
