@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 SETTLED_S = 600.0
-SEEN_S = 120.0
+SEEN_S = 240.0
 FLOOR_S = 30.0
 MEBIBYTE = 1 << 20
 
@@ -45,7 +45,7 @@ class Growth:
         floor: median slope between the lowest values of any two half minutes of one block, MiB an
             hour; None if no block was long enough. What leaks raises the floor; what is
             taken for a moment does not, nor what a new block's view keeps once it was first seen,
-            of which the first two minutes are left out.
+            of which the first four minutes are left out: by then all that it shows has been shown.
     """
 
     last: float
