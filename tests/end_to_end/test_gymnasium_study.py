@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from analysis.commands.main import app as analysis_app
 from operated_window import OperatedWindow, go_through
-from protocols import variant
+from protocols import FASTER_CARTS, SHORT_CARTS, variant
 from study.commands.composing import session_opened
 from study.commands.simulating import simulate_session, simulated_assignments
 from study.events.codes import ActionSource
@@ -31,21 +31,12 @@ from study.verification import verify
 
 pytest.importorskip("gymnasium")
 
-SHORTER = (
-    ("episodes = 4", "episodes = 1"),
-    ("timesteps = 200", "timesteps = 20"),
-    ("trials = 2", "trials = 1"),
-    ("trial_timesteps = 300", "trial_timesteps = 40"),
-    ("epochs = 100", "epochs = 2"),
-    ("at_least = 4", "at_least = 2"),
-)
-
 
 @pytest.fixture(scope="module")
 def loaded(tmp_path_factory: pytest.TempPathFactory) -> LoadedProtocol:
     """The shipped protocol of carts, shorter."""
     folder = tmp_path_factory.mktemp("protocol")
-    return load_protocol(str(variant(folder, *SHORTER, base="cart_pole")))
+    return load_protocol(str(variant(folder, *SHORT_CARTS, base="cart_pole")))
 
 
 @pytest.fixture(scope="module")
@@ -146,8 +137,7 @@ def test_a_live_session_shows_moving_pictures(
     Nor do they for their recording.
     """
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    faster = (("timesteps_per_second = 10.0", "timesteps_per_second = 20.0"),)
-    loaded = load_protocol(str(variant(tmp_path, *SHORTER, *faster, base="cart_pole")))
+    loaded = load_protocol(str(variant(tmp_path, *SHORT_CARTS, FASTER_CARTS, base="cart_pole")))
     (assignment,) = simulated_assignments(loaded, 1, seed=5)
     recorder = _Kept()
     with closing(_ColourWindow()) as window:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -11,7 +10,7 @@ import pytest
 
 from command_line import study
 from extras import need
-from protocols import ROOT, jetbots, lap_study
+from protocols import jetbots, lap_study
 from study.events.events import Deviation, SessionEnded
 from study.events.inputs import RobotReported
 from study.recording.reader import read_recording
@@ -19,8 +18,6 @@ from tcp_proxy import Cable
 from twin_process import TwinProcess, running_twin
 
 need("mujoco", "zmq")
-
-ENVIRONMENT = {"PYTHONPATH": f"{ROOT}:{os.environ.get('PYTHONPATH', '')}"}
 
 
 class Troubles(threading.Thread):
@@ -59,7 +56,7 @@ def stops_of(folder: Path) -> set[tuple[int, str]]:
         if isinstance(record, Deviation) and record.code == "robot_stopped"
     ]
     assert len(deviations) == sum(report.stopped for report in reports)
-    replayed = study("replay", "--verify", path, environment=ENVIRONMENT)
+    replayed = study("replay", "--verify", path)
     assert replayed.returncode == 0, replayed.stderr + replayed.stdout
     return {(report.robot, report.reason) for report in reports if report.stopped}
 
@@ -67,7 +64,7 @@ def stops_of(folder: Path) -> set[tuple[int, str]]:
 def simulated(protocol: Path, folder: Path) -> None:
     """Simulate one participant over the link."""
     arguments = ("simulate", protocol, "--participants", "1", "-o", folder)
-    done = study(*arguments, environment=ENVIRONMENT)
+    done = study(*arguments)
     assert done.returncode == 0, done.stderr
 
 
@@ -127,7 +124,7 @@ def test_a_session_does_not_begin_without_its_robots(tmp_path: Path) -> None:
     """With the twin gone, `study run` says which robot does not answer, and records nothing."""
     with running_twin(tmp_path / "keys", 2) as twin:
         protocol = jetbots(tmp_path, twin.robots_file)
-    done = study("run", protocol, "-p", "P01", "-o", tmp_path / "out", environment=ENVIRONMENT)
+    done = study("run", protocol, "-p", "P01", "-o", tmp_path / "out")
     assert done.returncode == 2
     assert "robot1 did not answer" in done.stderr + done.stdout
     assert not list((tmp_path / "out").glob("*.mcap"))

@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 from children import child_of
+from operated_window import OperatedWindow
 from patience import PATIENCE_S
 from pictured_session import RECORDED
-from protocols import ROOT, variant
+from protocols import FASTER_CARTS, ROOT, SHORT_CARTS, variant
 from study.commands.composing import PICTURES_WAIT_NS, keeps_up
 from study.commands.enrolling import Enrolled
 from study.commands.running import Seat, run_session
@@ -28,41 +29,11 @@ from study.recording.failover import FailoverRecorder
 from study.recording.parts import read_whole_session
 from study.recording.reader import read_recording
 from study.recording.salvage import salvage
-from study.shell.raw_inputs import RawInput, RawKey
 from study.shell.replay.recorded_pictures import RecordedPictures
 from study.shell.window import Window
-from study.simulated.operator import SimulatedOperator
-from study.simulated.parameters import draw_parameters
 from study.verification import verify
 
 pytest.importorskip("gymnasium")
-
-SHORTER = (
-    ("episodes = 4", "episodes = 1"),
-    ("timesteps = 200", "timesteps = 20"),
-    ("trials = 2", "trials = 1"),
-    ("trial_timesteps = 300", "trial_timesteps = 40"),
-    ("epochs = 100", "epochs = 2"),
-    ("at_least = 4", "at_least = 2"),
-    ("timesteps_per_second = 10.0", "timesteps_per_second = 20.0"),
-)
-QUICK = {"words_per_second": 1000.0, "page_minimum_s": 0.05, "answer_delay_s": 0.05}
-
-
-class SimulatedHands(Window):
-    """A window at which a simulated participant sits, in real time."""
-
-    operator: SimulatedOperator
-    began_ns: int
-
-    def poll(self) -> list[RawInput]:
-        """Return what the participant presses at what is shown."""
-        super().poll()
-        screen, now = self.screen, time.perf_counter_ns()
-        if screen is None:
-            return []
-        strokes = self.operator.act(screen, now - self.began_ns)
-        return [RawKey(stroke.key, stroke.down, now, 0) for stroke in strokes]
 
 
 class SimulatedSeat(Seat):
@@ -70,11 +41,7 @@ class SimulatedSeat(Seat):
 
     def open_window(self, study: StudyPart) -> Window:
         """Open a window without a display."""
-        window = SimulatedHands((1280, 960))
-        parameters = draw_parameters(5, 0).model_copy(update=QUICK)
-        window.operator = SimulatedOperator(parameters, 1)
-        window.began_ns = time.perf_counter_ns()
-        return window
+        return OperatedWindow((1280, 960), seed=5)
 
 
 class NoRegister(Enrolled):
@@ -92,7 +59,7 @@ def test_a_session_records_what_its_window_shows(
 ) -> None:
     """On the real clock, with the real writer: each answer's pictures, and punctual timesteps."""
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    protocol = variant(tmp_path, *SHORTER, base="cart_pole")
+    protocol = variant(tmp_path, *SHORT_CARTS, FASTER_CARTS, base="cart_pole")
     protocol.write_text(protocol.read_text() + RECORDED)
     loaded = load_protocol(str(protocol))
     (assignment,) = simulated_assignments(loaded, 1, seed=5)

@@ -8,24 +8,16 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from protocols import variant
+from protocols import SHORT_ICE, variant
 from study.commands.simulating import simulate_session, simulated_assignments
 from study.loading import load_protocol
 
-SHORTER = (
-    ("episodes = 4", "episodes = 1"),
-    ("timesteps = 200", "timesteps = 5"),
-    ("trials = 2", "trials = 1"),
-    ("trial_timesteps = 120", "trial_timesteps = 25"),
-    ("epochs = 100", "epochs = 2"),
-    ("at_least = 4", "at_least = 2"),
-)
 SEED = 3
 RECORDED = '\n[recording]\npictures = "jpeg"\n'
 
 
 def pictured_session(
-    folder: Path, setting: str = RECORDED, changes: tuple[tuple[str, str], ...] = SHORTER
+    folder: Path, setting: str = RECORDED, changes: tuple[tuple[str, str], ...] = SHORT_ICE
 ) -> Path:
     """Simulate it; return the recording.
 
@@ -42,4 +34,4 @@ def pictured_session(
 
 if __name__ == "__main__":
     longer = ("trial_timesteps = 120", "trial_timesteps = 1500")
-    pictured_session(Path(sys.argv[1]), changes=(*SHORTER[:3], longer, *SHORTER[4:]))
+    pictured_session(Path(sys.argv[1]), changes=(*SHORT_ICE[:3], longer, *SHORT_ICE[4:]))

@@ -6,6 +6,26 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 
+SHORT_CARTS = (
+    ("episodes = 4", "episodes = 1"),
+    ("timesteps = 200", "timesteps = 20"),
+    ("trials = 2", "trials = 1"),
+    ("trial_timesteps = 300", "trial_timesteps = 40"),
+    ("epochs = 100", "epochs = 2"),
+    ("at_least = 4", "at_least = 2"),
+)
+"""Changes that make protocols/cart_pole.toml short."""
+FASTER_CARTS = ("timesteps_per_second = 10.0", "timesteps_per_second = 20.0")
+SHORT_ICE = (
+    ("episodes = 4", "episodes = 1"),
+    ("timesteps = 200", "timesteps = 5"),
+    ("trials = 2", "trials = 1"),
+    ("trial_timesteps = 120", "trial_timesteps = 25"),
+    ("epochs = 100", "epochs = 2"),
+    ("at_least = 4", "at_least = 2"),
+)
+"""Changes that make protocols/frozen_lake.toml short."""
+
 
 def variant(folder: Path, *changes: tuple[str, str], base: str = "smoke") -> Path:
     """Write a shipped protocol with texts replaced; each must be there to be replaced."""

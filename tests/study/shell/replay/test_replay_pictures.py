@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from protocols import variant
+from protocols import SHORT_ICE, variant
 from seen_inputs import SeenInputs, Shots
 from study.commands.recorded_scorers import recorded_weights
 from study.commands.simulating import simulated_assignments
@@ -27,21 +27,12 @@ from study.shell.virtual_loop import VirtualClock
 
 pytest.importorskip("gymnasium")
 
-SHORTER = (
-    ("episodes = 4", "episodes = 1"),
-    ("timesteps = 200", "timesteps = 5"),
-    ("trials = 2", "trials = 1"),
-    ("trial_timesteps = 120", "trial_timesteps = 25"),
-    ("epochs = 100", "epochs = 2"),
-    ("at_least = 4", "at_least = 2"),
-)
-
 
 @pytest.fixture(scope="module")
 def seen(tmp_path_factory: pytest.TempPathFactory) -> SeenInputs:
     """A session on slippery ice, and what the participant saw in it."""
     loaded = load_protocol(
-        str(variant(tmp_path_factory.mktemp("ice"), *SHORTER, base="frozen_lake"))
+        str(variant(tmp_path_factory.mktemp("ice"), *SHORT_ICE, base="frozen_lake"))
     )
     (assignment,) = simulated_assignments(loaded, 1, seed=3)
     kept = SeenInputs()
