@@ -18,10 +18,10 @@ from study.families import load_member
 from study.messages import locales
 from study.protocol import Protocol, parse_protocol
 from study.questionnaire import Questionnaire, parse_questionnaire
+from study.seat_settings import DIRECTIONS
 from study.validation import validation_problems
 
 MAX_BYTES = 1_000_000
-DIRECTIONS = ("left", "up", "down", "right")
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -106,6 +106,8 @@ class DebriefPart(Part):
 
 NUMBER_ROW = 12
 """Keys in the row above the letters: larger fleets are chosen from by typing numbers."""
+DIRECTIONS = ("left", "up", "down", "right")
+"""What a protocol binds keys to; all else that a task names is a key."""
 _CHECKED_LATER = ("robots", "accept")
 
 

@@ -7,11 +7,9 @@ import numpy.typing as npt
 
 from study.events.codes import ActionSource
 from study.events.task_description import TaskDescription
-from study.seat_settings import KeyPart
+from study.seat_settings import DIRECTIONS, KeyPart
 
 Actions = npt.NDArray[np.int32]
-DIRECTIONS = ("left", "up", "down", "right")
-"""What a protocol binds keys to; all else that a task names is a key."""
 
 
 def decide_actions(
@@ -46,6 +44,11 @@ def decide_actions(
             sources[operated] = ActionSource.OPERATOR_IDLE
     actions[~active] = idle
     return actions, sources
+
+
+def drives_all_ways(description: TaskDescription) -> bool:
+    """Return whether all four directions drive, and no other key."""
+    return set(description.key_actions) == set(DIRECTIONS)
 
 
 def key_actions(keys: KeyPart, description: TaskDescription) -> dict[str, int]:

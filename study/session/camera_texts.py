@@ -6,7 +6,8 @@ health or arrows.
 
 from __future__ import annotations
 
-from study.session.actions import DIRECTIONS
+from study.seat_settings import DIRECTIONS
+from study.session.actions import drives_all_ways
 from study.session.condition_texts import key_word
 from study.session.context import Context
 
@@ -18,7 +19,7 @@ def are_told(context: Context) -> bool:
     """
     scene, instruction = context.description.scene, context.description.instruction
     aimed = any(disc.role == "goal" for disc in scene.discs)
-    all_ways = set(context.description.key_actions) == set(DIRECTIONS)
+    all_ways = drives_all_ways(context.description)
     return scene.pictures_only or not all_ways or (bool(instruction) and not aimed)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from study.messages import noted
 from study.protocol import Condition
-from study.session.actions import DIRECTIONS
+from study.session.actions import drives_all_ways
 from study.session.context import Context
 
 
@@ -82,7 +82,7 @@ def assisted(context: Context, condition: Condition) -> tuple[str, str, tuple[st
                 "After a switch, press your key again. "
                 "Your points are shown when the block is finished."
             )
-            if set(context.description.key_actions) != set(DIRECTIONS)
+            if not drives_all_ways(context.description)
             else say(
                 "After a switch, press the arrow key again. "
                 "Your points are shown when the block is finished."
