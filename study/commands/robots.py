@@ -53,7 +53,7 @@ def robot_twin(
 
     The first line says where they are, as JSON. Lines of input make faults, for rehearsals:
     camera_frozen ROBOT on|off, camera_dead ROBOT on|off, pose_lost ROBOT on|off,
-    battery ROBOT LEVEL, put ROBOT X Y HEADING, quit. Robots count from 0.
+    battery ROBOT LEVEL, put ROBOT X Y HEADING, quit. Robots count from 1, as on the screen.
     """
     from study.robots.twin import TwinSettings, serve  # noqa: PLC0415 - an extra
 

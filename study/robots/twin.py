@@ -2,7 +2,7 @@
 
 Run as a process of its own. It serves one agent a robot and the poses that motion capture would
 see, all on this computer. One line of JSON on standard output says where; lines of words on
-standard input make faults:
+standard input make faults, robots counted from 1:
 
     camera_frozen ROBOT on|off     the camera repeats its last picture
     camera_dead ROBOT on|off       the camera takes no pictures
@@ -35,6 +35,7 @@ from study.robots.keys import OPERATOR, PUBLIC_FILE, load_zmq, read_pair, read_p
 from study.robots.link import PoseReading, Poses, encode
 from study.robots.robots_file import read_robots_file
 from study.robots.simulated_robot import SimulatedCamera, SimulatedMotors
+from study.robots.staged_faults import StagedFaults
 from study.robots.watchdog import Watchdog
 from study.whole_file import replace_text
 
@@ -94,10 +95,7 @@ class Twin:
         for robot in range(settings.robots):
             self._put_at_start(robot)
         self._moving = np.ones(settings.robots, np.bool_)
-        self._batteries = [1.0] * settings.robots
-        self._unseen: set[int] = set()
-        self._frozen: set[int] = set()
-        self._dead: set[int] = set()
+        self.faults = StagedFaults(self.physics, settings.robots)
         self._cameras = open_cameras(self.physics)
         public = read_public(settings.keys / PUBLIC_FILE)
         if OPERATOR not in public:
@@ -106,10 +104,12 @@ class Twin:
         self.agents: list[Agent] = []
         for robot in range(settings.robots):
             motors = SimulatedMotors(self.physics, robot, streams[robot], settings.noise)
-            camera = SimulatedCamera(self._cameras, robot, streams[robot], self._frozen, self._dead)
+            camera = SimulatedCamera(
+                self._cameras, robot, streams[robot], self.faults.frozen, self.faults.dead
+            )
             self.agents.append(
                 Agent(
-                    Watchdog(motors, lambda robot=robot: self._batteries[robot]),  # type: ignore[misc]
+                    Watchdog(motors, lambda robot=robot: self.faults.batteries[robot]),  # type: ignore[misc]
                     camera if settings.cameras else None,
                     keys=read_pair(settings.keys / f"{robot_name(robot)}.toml"),
                     operators=operators,
@@ -158,45 +158,6 @@ class Twin:
             },
         }
 
-    def command(self, line: str) -> bool:
-        """Carry out a line of standard input.
-
-        Returns:
-            False if it says to quit.
-
-        Raises:
-            StudyError: it says nothing that the twin knows.
-        """
-        words = line.split()
-        try:
-            match words:
-                case []:
-                    return True
-                case ["quit"]:
-                    return False
-                case ["camera_frozen" | "camera_dead" | "pose_lost" as fault, robot, switch]:
-                    faults = {
-                        "camera_frozen": self._frozen,
-                        "camera_dead": self._dead,
-                        "pose_lost": self._unseen,
-                    }[fault]
-                    {"on": faults.add, "off": faults.discard}[switch](self._robot(robot))
-                case ["battery", robot, level]:
-                    self._batteries[self._robot(robot)] = float(level)
-                case ["put", robot, x, y, heading]:
-                    self.physics.put(self._robot(robot), float(x), float(y), float(heading))
-                case _:
-                    raise ValueError
-        except (ValueError, KeyError) as error:
-            raise StudyError(f'the twin does not know "{line.strip()}"') from error
-        return True
-
-    def _robot(self, word: str) -> int:
-        robot = int(word)
-        if not 0 <= robot < self.settings.robots:
-            raise ValueError
-        return robot
-
     def run(self, commands: queue.SimpleQueue[str]) -> None:
         """Serve until told to quit.
 
@@ -220,7 +181,7 @@ class Twin:
             while not commands.empty():
                 line = commands.get()
                 try:
-                    if not line or not self.command(line):
+                    if not line or not self.faults.command(line):
                         return
                 except StudyError as error:
                     print(error, file=sys.stderr, flush=True)  # noqa: T201 - a program's answer
@@ -231,7 +192,7 @@ class Twin:
         readings = tuple(
             PoseReading(robot, *map(float, pose))
             for robot, pose in enumerate(self.physics.poses())
-            if robot not in self._unseen
+            if robot not in self.faults.unseen
         )
         message = Poses(self._sequence, time.monotonic_ns(), readings)
         self._poses.send_multipart(encode(message))

@@ -6,7 +6,7 @@ import ctypes
 import sys
 
 _M_MMAP_THRESHOLD = -3
-LARGE = 128 << 10
+LARGE = 32 << 10
 """Bytes from which a block is a mapping of its own, which is gone once it is freed."""
 
 

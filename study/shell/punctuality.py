@@ -60,28 +60,26 @@ class Punctuality:
 
         Numbers, means and the longest are exact; the rest is to within `RESOLUTION_NS`.
         """
-        frames, timesteps, polls = (
-            each.rounded() for each in (self._frames, self._timesteps, self._polls)
-        )
+        frames, timesteps, polls = self._frames, self._timesteps, self._polls
         return TrialTiming(
             t_ns=t_ns,
             trial_id=trial_id,
             period=self._period_ns / SECOND,
-            frames=self._frames.number,
+            frames=frames.number,
             late_frames=self._late_frames,
-            frame_mean=self._frames.mean,
-            frame_sd=_sd(frames),
-            frame_p99=_quantile(frames, 0.99),
-            frame_max=self._frames.longest,
-            timesteps=self._timesteps.number,
-            timestep_mean=self._timesteps.mean,
-            timestep_sd=_sd(timesteps),
-            timestep_p99=_quantile(timesteps, 0.99),
-            timestep_max=self._timesteps.longest,
-            polls=self._polls.number,
-            poll_gap_median=_quantile(polls, 0.5),
-            poll_gap_p99=_quantile(polls, 0.99),
-            poll_gap_max=self._polls.longest,
+            frame_mean=frames.mean,
+            frame_sd=frames.sd,
+            frame_p99=frames.quantile(0.99),
+            frame_max=frames.longest,
+            timesteps=timesteps.number,
+            timestep_mean=timesteps.mean,
+            timestep_sd=timesteps.sd,
+            timestep_p99=timesteps.quantile(0.99),
+            timestep_max=timesteps.longest,
+            polls=polls.number,
+            poll_gap_median=polls.quantile(0.5),
+            poll_gap_p99=polls.quantile(0.99),
+            poll_gap_max=polls.longest,
         )
 
 
@@ -114,16 +112,34 @@ class _Intervals:
         """The longest, s; NaN if there are none."""
         return self._longest_ns / SECOND if self.number else math.nan
 
-    def rounded(self) -> npt.NDArray[np.float64]:
-        """Return all of them, s, shortest first, rounded to `RESOLUTION_NS`."""
+    @property
+    def sd(self) -> float:
+        """Their standard deviation, s, to within `RESOLUTION_NS`; NaN if there are fewer than two.
+
+        All of them laid out in a row would be a megabyte for a moment, at every run's end.
+        """
+        if self.number < 2:
+            return math.nan
+        lengths, times = self._counted()
+        mean = float(lengths @ times) / self.number
+        return math.sqrt(float((lengths - mean) ** 2 @ times) / (self.number - 1))
+
+    def quantile(self, level: float) -> float:
+        """Return a quantile of them, s, to within `RESOLUTION_NS`; NaN if there are none.
+
+        Between two of them it is interpolated linearly, as by `numpy.quantile`.
+        """
+        if not self.number:
+            return math.nan
+        lengths, times = self._counted()
+        position = level * (self.number - 1)
+        lower = math.floor(position)
+        ranks = [lower, min(lower + 1, self.number - 1)]
+        low, high = lengths[np.searchsorted(times.cumsum(), ranks, side="right")]
+        return float(low + (high - low) * (position - lower))
+
+    def _counted(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+        """Return the rounded lengths that occur, s, shortest first, and how often each does."""
         steps = sorted(self._counts)
         times = np.array([self._counts[step] for step in steps], dtype=np.int64)
-        return np.repeat(np.array(steps, dtype=np.float64), times) * (RESOLUTION_NS / SECOND)
-
-
-def _sd(values: npt.NDArray[np.float64]) -> float:
-    return float(values.std(ddof=1)) if values.size > 1 else math.nan
-
-
-def _quantile(values: npt.NDArray[np.float64], level: float) -> float:
-    return float(np.quantile(values, level)) if values.size else math.nan
+        return np.array(steps, dtype=np.float64) * (RESOLUTION_NS / SECOND), times

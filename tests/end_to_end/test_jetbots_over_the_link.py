@@ -73,9 +73,9 @@ def test_a_session_survives_what_befalls_its_robots(tmp_path: Path) -> None:
     with running_twin(tmp_path / "keys", 2) as twin:
         protocol = jetbots(tmp_path, twin.robots_file)
         troubles = Troubles(
-            told(twin, "pose_lost 1 on", "pose_lost 1 off"),
-            told(twin, "camera_frozen 0 on", "camera_frozen 0 off"),
-            told(twin, "battery 1 0.05", "battery 1 1"),
+            told(twin, "pose_lost 2 on", "pose_lost 2 off"),
+            told(twin, "camera_frozen 1 on", "camera_frozen 1 off"),
+            told(twin, "battery 2 0.05", "battery 2 1"),
         )
         threading.Timer(6.0, troubles.start).start()
         simulated(protocol, tmp_path / "out")

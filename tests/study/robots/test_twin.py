@@ -84,10 +84,10 @@ def test_laps_over_the_link(fleet: RobotFleet) -> None:
 @pytest.mark.parametrize(
     ("fault", "cure", "reason", "bound"),
     [
-        ("pose_lost 0 on", "pose_lost 0 off", StopReason.POSE_LOST, BOUNDS.pose),
-        ("camera_frozen 0 on", "camera_frozen 0 off", StopReason.CAMERA_STALE, BOUNDS.camera),
-        ("camera_dead 0 on", "camera_dead 0 off", StopReason.CAMERA_STALE, BOUNDS.camera),
-        ("battery 0 0.05", "battery 0 1", StopReason.BATTERY_FLAT, 0.1),
+        ("pose_lost 1 on", "pose_lost 1 off", StopReason.POSE_LOST, BOUNDS.pose),
+        ("camera_frozen 1 on", "camera_frozen 1 off", StopReason.CAMERA_STALE, BOUNDS.camera),
+        ("camera_dead 1 on", "camera_dead 1 off", StopReason.CAMERA_STALE, BOUNDS.camera),
+        ("battery 1 0.05", "battery 1 1", StopReason.BATTERY_FLAT, 0.1),
     ],
 )
 def test_a_fault_stops_its_robot_alone(
@@ -175,8 +175,8 @@ def test_robots_come_back_with_a_new_twin(tmp_path: Path) -> None:
 
 def test_a_study_does_not_begin_until_all_is_live(twin: TwinProcess) -> None:
     """A camera that is dead and a robot that is not seen are named, and nothing is left open."""
-    twin.tell("camera_dead 0 on")
-    twin.tell("pose_lost 1 on")
+    twin.tell("camera_dead 1 on")
+    twin.tell("pose_lost 2 on")
     fleet = twin.fleet(BOUNDS)
     with pytest.raises(StudyError, match=r"robot1: the camera.*robot2: motion capture"):
         fleet.connect(3.0)

@@ -73,7 +73,7 @@ def test_fleets_of_two_sizes_share_robots_and_faults_are_reported(twin: TwinProc
     try:
         for robots in (1, 2):
             host.answer(StartFleet(1, 1, robots, SEEDS[:robots], "uniform_random", 0, ""))
-        twin.tell("pose_lost 1 on")
+        twin.tell("pose_lost 2 on")
         reports: list[RobotReport] = []
         for number in range(16):
             step = StepFleet(
