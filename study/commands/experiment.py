@@ -7,20 +7,10 @@ from typing import Annotated
 
 import typer
 from rich.markup import escape
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 
+from study.commands.progress import followed
 from study.commands.terminal import console
 from study.workers import checked_jobs
-
-LINES = 20
-"""How many lines of progress are written to what is no terminal."""
 
 
 def experiment(
@@ -64,16 +54,9 @@ def experiment(
     seeds: SeedSet = "development" if development else "held_out"
     missing = missing_trials(loaded, seeds, count, folder)
     there = count - len(missing)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    times = (TimeElapsedColumn(), TimeRemainingColumn())
-    with Progress(*columns, *times, console=console) as progress:
-        task = progress.add_task("Trials", total=count, completed=there)
-        finished = run_trials(loaded, seeds, missing, folder, jobs=jobs, scheduler=scheduler)
-        for number, _ in enumerate(finished, start=there + 1):
-            progress.advance(task)
-            # A bar in a file is drawn once, at the end: whoever reads it needs lines.
-            if not console.is_terminal and number * LINES // count != (number - 1) * LINES // count:
-                console.print(f"{number} of {count} trials")
+    finished = run_trials(loaded, seeds, missing, folder, jobs=jobs, scheduler=scheduler)
+    for _ in followed("Trials", finished, count, there=there):
+        pass
     kept = f" ({there} were there)" if there else ""
     worlds = seeds.replace("_", "-")
     trials_run = "1 trial" if count == 1 else f"{count} trials"

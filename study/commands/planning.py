@@ -6,7 +6,6 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from analysis.formatting import number
@@ -16,8 +15,9 @@ from analysis.planning.plan import Plan, Wanted, default_participants, grid
 from analysis.planning.power import Counts, Piece, run_piece
 from analysis.planning.stated import PlannedStudy
 from study.commands.clearing import clear_simulated
+from study.commands.progress import followed
 from study.commands.simulate import simulate_with_progress
-from study.commands.terminal import console
+from study.commands.terminal import errors
 from study.errors import StudyError
 from study.loading import LoadedProtocol
 from study.orders import possible_orders
@@ -82,7 +82,7 @@ def find_pilot(
         raise StudyError("--set is about simulated participants", "Give --sessions too.")
     if not recordings:
         return None
-    with console.status("Reading the pilot"):
+    with errors.status("Reading the pilot"):
         return pilot_of(recordings, pool=pool)
 
 
@@ -157,23 +157,11 @@ class Workers:
         """Run pieces, in any order."""
         if not pieces:
             return
-        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-        with Progress(
-            *columns,
-            TimeElapsedColumn(),
-            console=console,
-            transient=True,
-            disable=not console.is_terminal,
-        ) as progress:
-            task = progress.add_task(STAGES[pieces[0].stream], total=len(pieces))
-            for finished in run_pieces(
-                run_piece,
-                [(piece,) for piece in pieces],
-                jobs=self._jobs,
-                scheduler=self._scheduler,
-            ):
-                progress.advance(task)
-                yield finished
+        calls = [(piece,) for piece in pieces]
+        finished = run_pieces(run_piece, calls, jobs=self._jobs, scheduler=self._scheduler)
+        what = STAGES[pieces[0].stream]
+        # On standard error: what is printed on the other is the plan alone.
+        yield from followed(what, finished, len(pieces), on=errors, transient=True)
 
 
 def power_table(plan: Plan) -> Table:

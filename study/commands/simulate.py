@@ -8,9 +8,9 @@ from typing import Annotated
 
 import typer
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from study.commands.composing import lock_warning
+from study.commands.progress import followed
 from study.commands.terminal import console, errors
 from study.loading import load_protocol
 from study.simulated.parameters import Driver, stated_parameters
@@ -70,18 +70,10 @@ def simulate_with_progress(
         errors.print(f"[yellow]{escape(warning)}[/]")
     count = participants or loaded.protocol.study.planned_participants
     study_seed = default_seed(loaded) if seed is None else seed
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    recordings: list[Path] = []
-    with Progress(*columns, TimeElapsedColumn(), console=console) as progress:
-        task = progress.add_task("Simulated participants", total=count)
-        for path in simulate_study(
-            str(loaded.path), count, study_seed, output, jobs, driver, parameters
-        ):
-            recordings.append(path)
-            progress.advance(task)
-            if not console.is_terminal:
-                # In a file a bar is seen at the end only.
-                console.print(f"{len(recordings)} of {count}: {escape(path.name)}")
+    finished = simulate_study(str(loaded.path), count, study_seed, output, jobs, driver, parameters)
+    recordings = list(
+        followed("Simulated participants", finished, count, name=lambda path: path.name)
+    )
     people = "participant" if count == 1 else "participants"
     where = escape(str(output))
     console.print(f"{count} simulated {people} (seed {study_seed}), recordings in {where}")
