@@ -12,22 +12,17 @@ import pytest
 from extras import need
 from pictured_session import RECORDED
 from protocols import in_doom
-from seen_inputs import SeenInputs
-from study.commands.recorded_scorers import recorded_weights
+from seen_inputs import SeenInputs, seen_session
 from study.commands.simulating import simulate_session, simulated_assignments
-from study.commands.unrecorded import run_unrecorded
 from study.events.inputs import FleetObserved
 from study.loading import load_protocol
-from study.messages import messages_for
 from study.recording.parts import read_whole_session
 from study.recording.wire import decode
 from study.screens import FleetScreen
 from study.shell.drawing.pictures import Pictures
-from study.shell.fitting import InlineFitter
 from study.shell.replay.camera import Camera
 from study.shell.replay.head import Head
 from study.shell.replay.recorded_pictures import RecordedPictures
-from study.shell.virtual_loop import VirtualClock
 
 pytestmark = pytest.mark.acceptance
 
@@ -46,20 +41,7 @@ QUARTERS = (0.0, 0.3, 0.6, 0.9)
 def seen(tmp_path_factory: pytest.TempPathFactory) -> SeenInputs:
     """A session in DOOM, and what the participant saw in it."""
     need("vizdoom")
-    loaded = load_protocol(str(in_doom(tmp_path_factory.mktemp("doom"), *SMALLER)))
-    (assignment,) = simulated_assignments(loaded, 1, seed=3)
-    kept = SeenInputs()
-    run_unrecorded(
-        loaded,
-        assignment,
-        messages_for("en"),
-        VirtualClock(),
-        fitter=InlineFitter(loaded.description, recorded_weights(loaded)),
-        on_show=lambda _: None,
-        on_pictures=kept.take,
-        recorder=kept,
-    )
-    return kept
+    return seen_session(in_doom(tmp_path_factory.mktemp("doom"), *SMALLER))
 
 
 def test_with_the_engine_every_tic_is_seen_again(seen: SeenInputs) -> None:

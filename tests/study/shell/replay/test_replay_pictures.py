@@ -11,19 +11,12 @@ import numpy as np
 import pytest
 
 from protocols import SHORT_ICE, variant
-from seen_inputs import SeenInputs, Shots
-from study.commands.recorded_scorers import recorded_weights
-from study.commands.simulating import simulated_assignments
-from study.commands.unrecorded import run_unrecorded
+from seen_inputs import SeenInputs, Shots, seen_session
 from study.events.inputs import FleetObserved, Input, SessionOpened
-from study.loading import load_protocol
-from study.messages import messages_for
 from study.shell.drawing.pictures import Pictures
-from study.shell.fitting import InlineFitter
 from study.shell.replay.camera import Camera, Stage
 from study.shell.replay.film import Episode, Film
 from study.shell.replay.head import Head
-from study.shell.virtual_loop import VirtualClock
 
 pytest.importorskip("gymnasium")
 
@@ -31,22 +24,8 @@ pytest.importorskip("gymnasium")
 @pytest.fixture(scope="module")
 def seen(tmp_path_factory: pytest.TempPathFactory) -> SeenInputs:
     """A session on slippery ice, and what the participant saw in it."""
-    loaded = load_protocol(
-        str(variant(tmp_path_factory.mktemp("ice"), *SHORT_ICE, base="frozen_lake"))
-    )
-    (assignment,) = simulated_assignments(loaded, 1, seed=3)
-    kept = SeenInputs()
-    run_unrecorded(
-        loaded,
-        assignment,
-        messages_for("en"),
-        VirtualClock(),
-        fitter=InlineFitter(loaded.description, recorded_weights(loaded)),
-        on_show=lambda _: None,
-        on_pictures=kept.take,
-        recorder=kept,
-    )
-    return kept
+    folder = tmp_path_factory.mktemp("ice")
+    return seen_session(variant(folder, *SHORT_ICE, base="frozen_lake"))
 
 
 def heads(inputs: Sequence[Input]) -> Iterator[tuple[Head, Input]]:
