@@ -82,8 +82,11 @@ class MemorySeries:
         while not stop.wait(1.0):
             for name, process in _processes(pid).items():
                 with contextlib.suppress(OSError, IndexError):
-                    sample = Sample(time.monotonic() - began, _resident(process), self.place)
-                    self._samples.setdefault(name, []).append(sample)
+                    taken = _resident(process)
+                    # A process that has ended and was not yet waited for has none.
+                    if taken:
+                        sample = Sample(time.monotonic() - began, taken, self.place)
+                        self._samples.setdefault(name, []).append(sample)
 
     def growth(self, name: str) -> Growth:
         """Return how a process grew."""

@@ -9,7 +9,7 @@ import pygame
 
 from study.messages import SOURCE, Messages, messages_for
 from study.shell.drawing import boxes, palette
-from study.shell.drawing.drawn import AlikeParts, Boxed, Part, Watcher, Written, is_crowded
+from study.shell.drawing.drawn import Boxed, Watcher, Written, is_crowded
 from study.shell.drawing.kept import Kept
 from study.shell.drawing.lettering import (
     CAP_HEIGHT,
@@ -17,11 +17,13 @@ from study.shell.drawing.lettering import (
     Weight,
     fitting_size,
     font,
+    forget_lines,
     line_surface,
     text_width,
     wrap,
 )
 from study.shell.drawing.palette import Colour
+from study.shell.drawing.parts import Part, Parts
 from study.shell.drawing.sprites import Paint, Sprites
 
 SMALLEST_SCALE = 0.85
@@ -29,8 +31,6 @@ SMALLEST_SCALE = 0.85
 SHRINK = 0.72
 """Text that does not fit may shrink to this share of its size before it counts as clipped."""
 LEADING = 1.42
-ALIKE_ROOM = 4 << 20
-"""Bytes of small parts that look alike in several places at a time, such as rows of health."""
 BACKGROUND_ROOM = 64 << 20
 """Bytes of all backgrounds together: four that fill the largest window, or many small ones."""
 
@@ -62,7 +62,7 @@ class Canvas:
         boxed: boxes drawn since the list was last cleared where nothing moves, likewise.
         watcher: for tests: told of all that is drawn.
         sprites: smooth shapes.
-        alike: parts that look alike in several places.
+        parts: what is repeated while it looks the same.
     """
 
     def __init__(
@@ -82,15 +82,22 @@ class Canvas:
         self._moving = False
         self.sprites = Sprites()
         self._backgrounds = Kept(BACKGROUND_ROOM)
-        self._parts: dict[Hashable, Part] = {}
-        self.alike = AlikeParts(ALIKE_ROOM)
+        self.parts = Parts()
 
     def rescale(self, scale: float) -> None:
         """Draw at another number of pixels to one design pixel from now on."""
         if scale != self.scale:
             self.scale = scale
-            self._parts.clear()
-            self.alike.clear()
+            self.parts.clear()
+
+    def forget(self) -> None:
+        """Keep nothing of what was drawn: what follows looks otherwise.
+
+        What is kept of a view that is gone would take room until as much is drawn of the next.
+        """
+        self.parts.clear()
+        self.sprites.clear()
+        forget_lines()
 
     @contextmanager
     def at(self, scale: float) -> Iterator[None]:
@@ -173,33 +180,22 @@ class Canvas:
             alike: its look but for the place, if others look the same: painted once for all.
         """
         place = place.clip(self.surface.get_rect())
-        found = self._parts.get(name)
-        if found is not None and found.place == place and found.key == key:
-            self._show(found)
-            return
-        twin = self.alike.get(alike) if self.watcher is None else None
-        if alike is not None and twin is not None and twin.place.size == place.size:
-            self._parts[name] = twin.elsewhere(place, key)
-            self._show(self._parts[name])
+        found = self.parts.find_at(name, key, place, alike if self.watcher is None else None)
+        if found is not None:
+            self.surface.blit(found.picture, found.place)
+            self.written += found.written
+            self.boxed += found.boxed
             return
         written, boxed = len(self.written), len(self.boxed)
         paint()
         picture = self.surface.subsurface(place).copy()
-        part = self._parts[name] = Part(
-            place, key, picture, tuple(self.written[written:]), tuple(self.boxed[boxed:])
-        )
-        if alike is not None:
-            self.alike.keep(alike, part)
-
-    def _show(self, part: Part) -> None:
-        self.surface.blit(part.picture, part.place)
-        self.written += part.written
-        self.boxed += part.boxed
+        texts, edges = tuple(self.written[written:]), tuple(self.boxed[boxed:])
+        self.parts.keep(name, Part(place, key, picture, texts, edges), alike)
 
     def repeat(self, name: Hashable, key: object, within: pygame.Rect) -> bool:
         """Repeat what is remembered of a part in some rectangle of it; tell whether it could be."""
-        found = self._parts.get(name)
-        if found is None or found.key != key:
+        found = self.parts.find(name, key)
+        if found is None:
             return False
         area = within.clip(found.place)
         self.surface.blit(found.picture, area, area.move(-found.place.left, -found.place.top))

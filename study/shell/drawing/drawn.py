@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 
 import pygame
 
-from study.shell.drawing.kept import size_of
 from study.shell.drawing.palette import Colour
 
 
@@ -38,26 +37,6 @@ class Boxed:
     moving: bool
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
-class Part:
-    """A part of the screen that was painted: where, what its look depends on, and its texts."""
-
-    place: pygame.Rect
-    key: object
-    picture: pygame.Surface
-    written: tuple[Written, ...]
-    boxed: tuple[pygame.Rect, ...]
-
-    def elsewhere(self, place: pygame.Rect, key: object) -> Part:
-        """Return the same picture as a part in another place, under a key of its own."""
-        across, down = place.left - self.place.left, place.top - self.place.top
-        written = tuple(
-            dataclasses.replace(text, place=text.place.move(across, down)) for text in self.written
-        )
-        boxed = tuple(box.move(across, down) for box in self.boxed)
-        return Part(place, key, self.picture, written, boxed)
-
-
 Watcher = Callable[[pygame.Surface, Written | Boxed], None]
 """Told of each text and box just before it is drawn, with the surface as it is then."""
 
@@ -81,36 +60,3 @@ def is_crowded(size: tuple[int, int], written: list[Written], boxes: list[pygame
         for place in places
         for index in place.collidelistall(boxes)
     )
-
-
-class AlikeParts:
-    """Parts by their look, of at most so many bytes together: the oldest goes first.
-
-    Args:
-        room: bytes.
-
-    Attributes:
-        bytes: what all of them take.
-    """
-
-    def __init__(self, room: int) -> None:
-        self._room = room
-        self.bytes = 0
-        self._parts: dict[Hashable, Part] = {}
-
-    def get(self, look: Hashable) -> Part | None:
-        """Return the part that looks so, or None."""
-        return self._parts.get(look)
-
-    def keep(self, look: Hashable, part: Part) -> None:
-        """Keep a part, in place of the one that looks so; the newest always stays."""
-        before = self._parts.pop(look, None)
-        self.bytes += size_of(part.picture) - (size_of(before.picture) if before else 0)
-        self._parts[look] = part
-        while self.bytes > self._room and len(self._parts) > 1:
-            self.bytes -= size_of(self._parts.pop(next(iter(self._parts))).picture)
-
-    def clear(self) -> None:
-        """Keep nothing."""
-        self._parts.clear()
-        self.bytes = 0

@@ -36,8 +36,13 @@ def font(weight: Weight, size: int) -> pygame.font.Font:
 def clear_fonts() -> None:
     """Forget all fonts: they die with ``pygame.font.quit()``."""
     font.cache_clear()
-    _LINES.clear()
+    forget_lines()
     _digit_cell.cache_clear()
+
+
+def forget_lines() -> None:
+    """Keep no rendered line."""
+    _LINES.clear()
 
 
 @functools.lru_cache(maxsize=256)

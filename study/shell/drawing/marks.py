@@ -74,6 +74,17 @@ def ring(
     canvas.put(canvas.sprite(key, diameter, diameter, paint), x, y, alpha)
 
 
+def passing_ring(
+    canvas: Canvas, x: float, y: float, radius: float, width: float, colour: Colour
+) -> None:
+    """Draw a circle line of an outer radius that is another in the next picture.
+
+    Large, and of hundreds of sizes: painted where it is, and never kept.
+    """
+    centre, line = (round(x), round(y)), max(1, round(width))
+    pygame.draw.aacircle(canvas.surface, colour, centre, round(radius), line)
+
+
 def dashed_ring(
     canvas: Canvas,
     x: float,

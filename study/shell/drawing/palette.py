@@ -45,6 +45,14 @@ HATCH: Colour = (0x8B, 0x5A, 0x3C)
 HATCH_GROUND: Colour = (0xE2, 0xD8, 0xD2)
 
 
+def mixed(colour: Colour, ground: Colour, share: float) -> Colour:
+    """Return a colour as it looks on a ground that shows through: of it, 0 to 1."""
+    red, green, blue = (
+        round(below + (above - below) * share) for above, below in zip(colour, ground, strict=True)
+    )
+    return red, green, blue
+
+
 def luminance(colour: Colour) -> float:
     """Return the relative luminance of WCAG 2.2, 0 (black) to 1 (white)."""
 

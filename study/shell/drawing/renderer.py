@@ -73,6 +73,7 @@ class Renderer:
         self._wanted = self.canvas.scale
         self._scales: dict[Hashable, float] = {}
         self._last: Screen | None = None
+        self._fleet_kind: Hashable = None
         self._painter = fleet.FleetPainter(pictures)
 
     def go_on_from(self, motion: Motion) -> None:
@@ -103,6 +104,9 @@ class Renderer:
             return []
         kind = layout_kind(screen)
         known = kind in self._scales
+        if isinstance(screen, FleetScreen | CountdownScreen) and kind != self._fleet_kind:
+            self._fleet_kind = kind
+            canvas.forget()
         canvas.rescale(self._scales.get(kind, self._wanted))
         canvas.surface = surface
         self._last = screen

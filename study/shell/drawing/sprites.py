@@ -32,6 +32,10 @@ class Sprites:
         """What all shapes kept take."""
         return self._made.bytes
 
+    def clear(self) -> None:
+        """Keep none."""
+        self._made.clear()
+
     def get(self, key: Hashable, width: float, height: float, paint: Paint) -> pygame.Surface:
         """Return the shape of this key, painted the first time.
 

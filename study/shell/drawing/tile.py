@@ -16,7 +16,6 @@ from study.shell.drawing.robots import DRIVEN_SCALE, HALO, draw_robot
 TRAIL_SIZES = (0.26, 0.2, 0.13)
 CLOSING = 1 / 3
 """Share of the landing in which its rings close."""
-CLOSING_STEPS = 12
 FARTHEST = 6.6
 """Radii that marks and rings reach at most from a robot's middle."""
 LARGE = -1
@@ -202,11 +201,11 @@ def _reached_goal(canvas: Canvas, view: maps.MapView) -> None:
 
 
 def _landing_rings(canvas: Canvas, x: float, y: float, radius: float, share: float) -> None:
-    """Draw two rings that close on the robot, in so few steps that all of them are soon kept."""
-    share = round(share * CLOSING_STEPS) / CLOSING_STEPS
-    for start, alpha in ((5.2, 0.35), (3.9, 0.6)):
+    """Draw two rings that close on the robot."""
+    for start, share_of_blue in ((5.2, 0.35), (3.9, 0.6)):
         reach = radius * (start + (HALO + 0.15 - start) * share)
-        marks.ring(canvas, x, y, reach, max(1.5, radius * 0.08), palette.BLUE, alpha=alpha)
+        colour = palette.mixed(palette.BLUE, palette.CARD, share_of_blue)
+        marks.passing_ring(canvas, x, y, reach, max(1.5, radius * 0.08), colour)
 
 
 def _landing_label(canvas: Canvas, view: maps.MapView, shown: TileView) -> None:

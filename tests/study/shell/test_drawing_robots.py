@@ -10,7 +10,8 @@ import pygame
 import pytest
 
 from study.shell.drawing import robots
-from study.shell.drawing.canvas import ALIKE_ROOM, Canvas
+from study.shell.drawing.canvas import Canvas
+from study.shell.drawing.parts import ALIKE_ROOM
 from study.shell.drawing.robots import HEADING_STEPS, draw_robot
 
 SIDE, RADIUS = 140, 18.0
@@ -54,5 +55,5 @@ def test_parts_that_look_alike_stay_within_their_room() -> None:
     place = pygame.Rect(0, 0, 400, 100)
     for look in range(200):
         canvas.remember("row", look, place, lambda: None, alike=("look", look))
-        assert canvas.alike.bytes <= ALIKE_ROOM
-    assert canvas.alike.bytes > ALIKE_ROOM / 2
+        assert canvas.parts.alike.bytes <= ALIKE_ROOM
+    assert canvas.parts.alike.bytes > ALIKE_ROOM / 2
