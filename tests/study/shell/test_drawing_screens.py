@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 from collections.abc import Iterator
 
 import pygame
@@ -221,3 +222,32 @@ def test_tabular_digits_are_equally_wide() -> None:
     """A clock of ones is as wide as one of eights, so that it does not jump."""
     widths = {text_width(text, "bold", 26, tabular=True) for text in ("1:11", "8:88")}
     assert len(widths) == 1
+
+
+def test_what_was_drawn_of_a_view_is_forgotten_with_it() -> None:
+    """After twelve tiles one large tile takes what it takes alone; within a view shapes stay."""
+    twelve = SCREENS["fleet_12"]
+    assert isinstance(twelve, FleetScreen)
+    surface, renderer = drawn("fleet_12", SIZES[1])
+    renderer.draw(surface, SCREENS["countdown"], samples.T_NS)
+    of_tiles = renderer.canvas.sprites.bytes
+    renderer.draw(surface, samples.moved(twelve), samples.T_NS + 125_000_000)
+    assert renderer.canvas.sprites.bytes >= of_tiles > 0
+    renderer.draw(surface, SCREENS["assisted_cue"], samples.T_NS)
+    _, alone = drawn("assisted_cue", SIZES[1])
+    assert renderer.canvas.sprites.bytes == alone.canvas.sprites.bytes
+
+
+def test_rings_that_close_are_not_kept() -> None:
+    """Each of them has a size of its own: a participant who is switched for an hour sees all."""
+    landing = SCREENS["assisted_landing"]
+    assert isinstance(landing, FleetScreen)
+    surface, renderer = drawn("assisted_landing", SIZES[1])
+    first = renderer.canvas.sprites.bytes
+    looks = set()
+    for milliseconds in range(0, 300, 10):
+        t_ns = landing.switched_ns + milliseconds * 1_000_000
+        renderer.draw(surface, landing, t_ns)
+        looks.add(hashlib.sha256(pygame.image.tobytes(surface, "RGB")).digest())
+    assert len(looks) > 20
+    assert renderer.canvas.sprites.bytes <= first + 100_000
