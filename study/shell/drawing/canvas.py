@@ -97,6 +97,7 @@ class Canvas:
         """
         self.parts.clear()
         self.sprites.clear()
+        self._backgrounds.clear()
         forget_lines()
 
     @contextmanager

@@ -25,6 +25,8 @@ CAP_HEIGHT = 0.727
 TEXT_ROOM = 8 << 20
 """Bytes of all lines kept together."""
 _LINES = Kept(TEXT_ROOM)
+LONGEST_NUMBER = 3
+"""Characters of a line with digits that is kept: robots' numbers are written in every picture."""
 
 
 @functools.lru_cache(maxsize=256)
@@ -65,23 +67,16 @@ def text_width(text: str, weight: Weight, size: int, *, tabular: bool = False) -
     return sum(cell if c.isdigit() else font(weight, size).size(c)[0] for c in text)
 
 
-def _rendered(
-    text: str,
-    weight: Weight,
-    size: int,
-    colour: Colour,
-    tabular: bool,  # noqa: FBT001
-) -> pygame.Surface:
-    face = font(weight, size)
-    if not tabular:
-        return face.render(text, antialias=True, color=colour)
+def _tabular(text: str, weight: Weight, size: int, colour: Colour) -> pygame.Surface:
+    """Return a line made of kept characters: a running number has hundreds of lines."""
     surface = pygame.Surface(
-        (text_width(text, weight, size, tabular=True), face.get_height()), pygame.SRCALPHA
+        (text_width(text, weight, size, tabular=True), font(weight, size).get_height()),
+        pygame.SRCALPHA,
     )
     cell = _digit_cell(weight, size)
     x = 0
     for character in text:
-        glyph = face.render(character, antialias=True, color=colour)
+        glyph = line_surface(character, weight, size, colour)
         width = cell if character.isdigit() else glyph.get_width()
         surface.blit(glyph, (x + (width - glyph.get_width()) // 2, 0))
         x += width
@@ -91,12 +86,18 @@ def _rendered(
 def line_surface(
     text: str, weight: Weight, size: int, colour: Colour, *, tabular: bool = False
 ) -> pygame.Surface:
-    """Return a rendered line; cached, so it must not be drawn on."""
-    key = (text, weight, size, colour, tabular)
+    """Return a rendered line, which must not be drawn on: it may be kept.
+
+    What counts, points or seconds, is not kept as a line: it would be kept for each number.
+    """
+    if tabular:
+        return _tabular(text, weight, size, colour)
+    key = (text, weight, size, colour)
     found = _LINES.get(key)
     if found is None:
-        found = _rendered(*key)
-        _LINES.keep(key, found)
+        found = font(weight, size).render(text, antialias=True, color=colour)
+        if len(text) <= LONGEST_NUMBER or not any(character.isdigit() for character in text):
+            _LINES.keep(key, found)
     return found
 
 
