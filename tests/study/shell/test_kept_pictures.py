@@ -6,7 +6,9 @@ import pygame
 from hypothesis import given
 from hypothesis import strategies as st
 
+from study.shell.drawing import lettering
 from study.shell.drawing.kept import Kept, size_of
+from study.shell.drawing.lettering import clear_fonts, line_surface
 from study.shell.drawing.sprites import ROOM, Sprites
 
 
@@ -54,3 +56,20 @@ def test_an_hour_of_new_shapes_stays_within_the_room() -> None:
     for second in range(400):
         sprites.get(("ring", second), 200, 200, paint)
     assert 0 < sprites.bytes <= ROOM
+
+
+def test_an_hour_of_running_numbers_keeps_their_characters_alone() -> None:
+    """The clock has a line for each second, a robot that is stuck too; names of robots stay."""
+    pygame.font.init()
+    clear_fonts()
+    for second in range(3600):
+        line_surface(f"{second // 60}:{second % 60:02}", "bold", 20, (0, 0, 0), tabular=True)
+    of_clock = len(lettering._LINES)
+    assert of_clock == len("0123456789:")
+    for second in range(1000, 1600):
+        line_surface(f"STUCK {second} s", "bold", 20, (0, 0, 0))
+    assert len(lettering._LINES) == of_clock
+    assert line_surface("12", "bold", 20, (0, 0, 0)) is line_surface("12", "bold", 20, (0, 0, 0))
+    words = [line_surface("health pack", "bold", 20, (0, 0, 0)) for _ in range(2)]
+    assert words[0] is words[1]
+    clear_fonts()
