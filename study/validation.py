@@ -3,14 +3,36 @@
 from __future__ import annotations
 
 import difflib
+import json
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
 NAME_PATTERN = r"^[a-z][a-z0-9_]{0,39}$"
 """Names that stand in files' names and in data."""
+_EXPECTED = {
+    "greater_than_equal": "{ge} or more",
+    "greater_than": "more than {gt}",
+    "less_than_equal": "{le} or less",
+    "less_than": "less than {lt}",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "float_type": "a number",
+    "finite_number": "a finite number",
+    "bool_type": "true or false",
+    "string_type": 'text, in "quotes"',
+    "string_too_short": "{min_length} characters or more",
+    "string_too_long": "{max_length} characters or less",
+    "too_short": "{min_length} entries or more",
+    "too_long": "{max_length} entries or less",
+    "tuple_type": "a list, in [brackets]",
+    "list_type": "a list, in [brackets]",
+    "dict_type": "a table of keys and values",
+    "model_type": "a table of keys and values",
+}
+"""What is allowed instead, by pydantic's kind of error and in terms of its context."""
 
 
 def validation_problems(
@@ -50,15 +72,18 @@ def validation_problems(
             yield f"{lead}{_shown(given)} given; allowed: {allowed_words}"
         elif kind == "union_tag_invalid":
             key = item["ctx"]["discriminator"].strip("'")
-            given_tag = item["ctx"]["tag"]
-            yield f"{lead}{key} {given_tag!r} given; allowed: {item['ctx']['expected_tags']}"
+            tag, tags = item["ctx"]["tag"], _quoted(item["ctx"]["expected_tags"])
+            yield f"{lead}{key} {_shown(tag)} given; allowed: {tags}"
         elif kind == "literal_error":
-            words = [
+            choices = [
                 word.strip(" '") for word in item["ctx"]["expected"].replace(" or ", ",").split(",")
             ]
-            near = difflib.get_close_matches(str(given), words, n=1)
+            near = difflib.get_close_matches(str(given), choices, n=1)
             hint = f'; did you mean "{near[0]}"?' if near else ""
-            yield f"{lead}{_shown(given)} given; allowed: {item['ctx']['expected']}{hint}"
+            yield f"{lead}{_shown(given)} given; allowed: {_quoted(item['ctx']['expected'])}{hint}"
+        elif kind in _EXPECTED:
+            words = _EXPECTED[kind].format(**_whole(item.get("ctx", {})))
+            yield f"{lead}{_shown(given)} given; allowed: {words}"
         else:
             yield f"{lead}{_shown(given)} given; {item['msg'][0].lower()}{item['msg'][1:]}"
 
@@ -105,8 +130,22 @@ def _inside(here: object, part: int | str) -> object:
 
 
 def _shown(given: object) -> str:
-    text = repr(given)
+    """Return a value about as the file has it, shortened."""
+    text = json.dumps(given, ensure_ascii=False, default=str)
     return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _whole(context: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a limit of 100.0 as 100, as one would write it."""
+    return {
+        name: int(limit) if isinstance(limit, float) and limit.is_integer() else limit
+        for name, limit in context.items()
+    }
+
+
+def _quoted(choices: str) -> str:
+    """Return choices in the quotes that a file needs."""
+    return choices.replace("'", '"')
 
 
 def _keys_at(model: type[BaseModel], location: list[Any]) -> list[str]:

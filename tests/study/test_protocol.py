@@ -31,17 +31,20 @@ WRONG: dict[str, tuple[list[tuple[str, str]], list[list[str]]]] = {
     "missing key": ([("episodes = 2\n", "")], [["phase_one.episodes:", "missing"]]),
     "word for a number": (
         [("episodes = 2", 'episodes = "many"')],
-        [["phase_one.episodes:", "'many' given", "integer"]],
+        [["phase_one.episodes:", '"many" given', "a whole number"]],
     ),
-    "text of a number": ([("episodes = 2", 'episodes = "2"')], [["'2' given", "integer"]]),
-    "true for a number": ([("episodes = 2", "episodes = true")], [["True given", "integer"]]),
+    "text of a number": ([("episodes = 2", 'episodes = "2"')], [['"2" given', "a whole number"]]),
+    "true for a number": (
+        [("episodes = 2", "episodes = true")],
+        [["true given", "a whole number"]],
+    ),
     "too small": (
         [("episodes = 2", "episodes = 0")],
-        [["phase_one.episodes:", "0 given", "greater than or equal to 1"]],
+        [["phase_one.episodes:", "0 given", "allowed: 1 or more"]],
     ),
     "too large": (
         [("timesteps_per_second = 10.0", "timesteps_per_second = 1000")],
-        [["timing.timesteps_per_second:", "1000", "less than or equal to 100"]],
+        [["timing.timesteps_per_second:", "1000", "allowed: 100 or less"]],
     ),
     "not a number": (
         [("at_least = 2", "at_least = nan")],
@@ -50,7 +53,7 @@ WRONG: dict[str, tuple[list[tuple[str, str]], list[list[str]]]] = {
     "other format": ([("format = 1", "format = 2")], [["format:", "2 given", "allowed: 1"]]),
     "unknown order": (
         [('order = "ab_ba"', 'order = "abba"')],
-        [["phase_three.order:", "'abba' given", "latin_square", 'did you mean "ab_ba"?']],
+        [["phase_three.order:", '"abba" given', "latin_square", 'did you mean "ab_ba"?']],
     ),
     "unknown task": (
         [('name = "navigation"', 'name = "navigaton"')],
@@ -93,7 +96,7 @@ WRONG: dict[str, tuple[list[tuple[str, str]], list[list[str]]]] = {
     ),
     "policy parameter": (
         [('encoding = "sine_cosine"', 'encoding = "sine"')],
-        [["policy.parameters.encoding:", "'sine' given", "sine_cosine"]],
+        [["policy.parameters.encoding:", '"sine" given', "sine_cosine"]],
     ),
     "not TOML": ([("[timing]", "[timing")], [["not TOML", "line 10"]]),
     "two problems at once": (
@@ -143,7 +146,7 @@ WRONG: dict[str, tuple[list[tuple[str, str]], list[list[str]]]] = {
     ),
     "name with blanks": (
         [('name = "manual"', 'name = "By hand"')],
-        [["conditions.1.name:", "'By hand' given", "lower-case"]],
+        [["conditions.1.name:", '"By hand" given', "lower-case"]],
     ),
     "questionnaire twice": (
         [

@@ -54,7 +54,7 @@ def test_a_questionnaire_without_items_is_refused() -> None:
         ("high = 7", "high = 101", "high: 101 given"),
         ("low = 1", "lo = 1", 'lo: unknown key; did you mean "low"?'),
         ('id = "q2"', 'id = "q1"', "an id is given twice"),
-        ('id = "q2"', 'id = "Q 2"', "items.2.id: 'Q 2' given"),
+        ('id = "q2"', 'id = "Q 2"', 'items.2.id: "Q 2" given'),
         ("high = 7", "high = 5", '"7" is no value from 1 to 5'),
         ("version = 1", "version", "not TOML"),
     ],

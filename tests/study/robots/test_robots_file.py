@@ -57,9 +57,9 @@ def test_the_list_of_the_docs_is_read(tmp_path: Path) -> None:
         (
             "tcp://192.168.1.22:5555",
             "192.168.1.22",
-            "robot2.address: '192.168.1.22' given",
+            'robot2.address: "192.168.1.22" given',
         ),
-        ('"natnet"', '"natnett"', "kind 'natnett' given; allowed: 'twin', 'natnet'"),
+        ('"natnet"', '"natnett"', 'kind "natnett" given; allowed: "twin", "natnet"'),
         ('name = "robot2"', 'nmae = "robot2"', 'nmae: unknown key; did you mean "name"?'),
         ('name = "robot2"', 'name = "robot1"', "name robot1 is that of two robots"),
         ("192.168.1.22", "192.168.1.21", "tcp://192.168.1.21:5555 is that of two robots"),
