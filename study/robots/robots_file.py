@@ -39,7 +39,7 @@ MAX_BYTES = 64_000
 
 def _address(given: str) -> str:
     if not re.fullmatch(r"tcp://[A-Za-z0-9.\-]+:\d{1,5}", given):
-        raise ValueError(f"{given[:60]!r} given; allowed: tcp://HOST:PORT")
+        raise ValueError(f'"{given[:60]}" given; allowed: tcp://HOST:PORT')
     return given
 
 

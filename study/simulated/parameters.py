@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from study.errors import StudyError, UnknownNameError
 from study.seeding import generator
+from study.validation import validation_problems
 
 Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
@@ -184,9 +185,9 @@ def stated_parameters(texts: Sequence[str]) -> dict[str, float]:
                 raise ValueError(number)
             OperatorParameters.model_validate({name: found[name]})
         except ValidationError as error:
-            problem = error.errors()[0]["msg"]
+            problem = next(validation_problems(error, OperatorParameters))
             raise StudyError(
-                f"--set {text}: {problem}", "See study/simulated/parameters.py."
+                f"--set {problem}", "See docs/explanation/simulated-participants.md."
             ) from error
         except ValueError as error:
             raise StudyError(

@@ -96,7 +96,7 @@ def test_a_pilot_of_simulated_participants_of_stated_attention(tmp_path: Path) -
         (("--set", "glance_tiles=3"), "--set is about simulated participants"),
         (("--sessions", "3", "--from", "x"), "both given"),
         (("--sessions", "3", "--set", "glance_tile=3"), 'Did you mean "glance_tiles"?'),
-        (("--sessions", "3", "--set", "glance_tiles=50"), "less than or equal to 12"),
+        (("--sessions", "3", "--set", "glance_tiles=50"), "allowed: 12 or less"),
         (("--sessions", "3", "--set", "glance_tiles"), "is no number"),
     ],
 )
