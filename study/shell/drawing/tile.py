@@ -103,7 +103,8 @@ def draw_tile(canvas: Canvas, scene: Scene, shown: TileView, looks: Looks | None
             looks.health,
             row.place,
             lambda: plate.draw_health(canvas, row, tile, boxed=look.driven),
-            alike=(row.place.size, row.text, row.pad, looks.health[1:]),
+            # There is one large tile: what it looks like is of use to no other.
+            alike=None if place.single else (row.place.size, row.text, row.pad, looks.health[1:]),
         )
     if has_picture(scene, shown):
         draw_picture(canvas, shown.shot, place.map)
