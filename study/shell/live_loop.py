@@ -28,6 +28,7 @@ from study.events.inputs import (
 from study.events.shell import ClockPair, DisplayOpened, FrameIntervals, Note, WriterHealth
 from study.recording.failover import FailoverRecorder
 from study.screens import Screen
+from study.shell.allocation import give_holes_back
 from study.shell.conductor import Conductor
 from study.shell.fleet import EMERGENCY_KEY, Emergency
 from study.shell.punctuality import Punctuality
@@ -292,6 +293,7 @@ class LiveLoop:
             self._next_pair_ns = now + CLOCK_PAIR_EVERY_NS
             t_ns = self._clock.now()
             self._conductor.observe(ClockPair(t_ns, time.time_ns()))
+            give_holes_back()
         if now >= self._next_health_ns:
             self._next_health_ns = now + HEALTH_EVERY_NS
             recorder = self._recorder
