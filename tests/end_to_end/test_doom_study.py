@@ -24,7 +24,7 @@ from study.events.shell import DisplayOpened
 from study.recording.reader import read_recording
 from study.verification import verify
 
-BETWEEN_KILLS_S = 7.0
+BETWEEN_KILLS_S = 4.0
 """Longer than it takes to replace half a dozen engines: three failures in a row end a session."""
 SEED = 11
 
