@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from array import array
 from collections import Counter
 
 import numpy as np
@@ -16,6 +17,8 @@ LATE_PERIODS = 1.2
 RESOLUTION_NS = 10_000
 """Intervals are counted in steps of so much: a fleet run of hours takes no more memory than a short
 one, though the keys are looked at hundreds of times a second."""
+STEPS = 25_000
+"""Steps of which each has its count from the start, 250 ms together: longer intervals are rare."""
 
 
 class Punctuality:
@@ -93,14 +96,16 @@ class _Intervals:
     def __init__(self) -> None:
         self.number = 0
         self._total_ns = self._longest_ns = 0
-        self._counts: Counter[int] = Counter()
+        self._counts = array("I", bytes(STEPS * array("I").itemsize))
+        self._longer: Counter[int] = Counter()
 
     def add(self, interval_ns: int) -> None:
         """Count one more."""
         self.number += 1
         self._total_ns += interval_ns
         self._longest_ns = max(self._longest_ns, interval_ns)
-        self._counts[round(interval_ns / RESOLUTION_NS)] += 1
+        step = round(interval_ns / RESOLUTION_NS)
+        (self._counts if step < STEPS else self._longer)[step] += 1
 
     @property
     def mean(self) -> float:
@@ -140,6 +145,11 @@ class _Intervals:
 
     def _counted(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
         """Return the rounded lengths that occur, s, shortest first, and how often each does."""
-        steps = sorted(self._counts)
-        times = np.array([self._counts[step] for step in steps], dtype=np.int64)
-        return np.array(steps, dtype=np.float64) * (RESOLUTION_NS / SECOND), times
+        counts = np.frombuffer(self._counts, dtype=np.dtype(self._counts.typecode))
+        occurring = np.flatnonzero(counts)
+        longer = sorted(self._longer)
+        steps = np.concatenate([occurring, np.array(longer, dtype=np.int64)])
+        times = np.concatenate(
+            [counts[occurring], np.array([self._longer[step] for step in longer], dtype=np.int64)]
+        )
+        return steps * (RESOLUTION_NS / SECOND), times.astype(np.int64)
