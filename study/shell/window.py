@@ -34,6 +34,8 @@ from study.shell.raw_inputs import (
 )
 
 SMALLEST = (1280, 720)
+LARGEST = (7680, 4320)
+"""The largest displays made; a mistyped size would take all memory."""
 LARGEST_UI_SCALE = 2.0
 WATCHED = (
     pygame.KEYDOWN,
@@ -74,13 +76,15 @@ def check_size(size: tuple[int, int] | None) -> tuple[int, int] | None:
     """Return the size asked for if the screens have room in it, or None if none was.
 
     Raises:
-        StudyError: it is too small.
+        StudyError: it is too small, or larger than any display.
     """
-    if size is not None and (size[0] < SMALLEST[0] or size[1] < SMALLEST[1]):
-        raise StudyError(
-            f"a window of {size[0]}x{size[1]} pixels was asked for",
-            f"It needs at least {SMALLEST[0]}x{SMALLEST[1]}.",
-        )
+    if size is None:
+        return None
+    asked = f"a window of {size[0]}x{size[1]} pixels was asked for"
+    if size[0] < SMALLEST[0] or size[1] < SMALLEST[1]:
+        raise StudyError(asked, f"It needs at least {SMALLEST[0]}x{SMALLEST[1]}.")
+    if size[0] > LARGEST[0] or size[1] > LARGEST[1]:
+        raise StudyError(asked, f"It has at most {LARGEST[0]}x{LARGEST[1]}.")
     return size
 
 

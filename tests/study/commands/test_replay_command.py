@@ -42,6 +42,7 @@ def test_no_display_is_said(recording: Path) -> None:
         (["--from", "5:00", "--to", "4:00"], "give --from before --to"),
         (["--from", "99999"], "The session lasts"),
         (["--size", "800x600"], "It needs at least 1280x720"),
+        (["--size", "99999x99999"], "It has at most 7680x4320"),
         (["--size", "big"], 'window size "big"'),
         (["--ui-scale", "9"], "a UI scale of 9"),
         (["--verify", "--video", "x.webm"], "Ask for one at a time"),
