@@ -26,10 +26,15 @@ TOPICS: Mapping[str, tuple[str, ...]] = {
     "fits": (FitRequested.topic,),
     "fit_gates": (FitGateJudged.topic,),
     "switches": (Switched.topic,),
-    "deviations": (Deviation.topic, Resumed.topic),
     "timesteps": (Timestep.topic,),
 }
 """Tables with exactly one row for each record of these topics."""
+
+EVERY: Mapping[str, tuple[str, ...]] = {
+    "notes": (ExperimenterNoted.topic,),
+    "deviations": (Deviation.topic, Resumed.topic),
+}
+"""The same, with those records before which a resumed session began anew."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -67,8 +72,11 @@ def reconcile(study: StudyRecordings, rows: Mapping[str, int]) -> list[Count]:
         for name, topics in TOPICS.items()
         if name in rows
     ]
-    if "notes" in rows:
-        counts.append(Count("notes", rows["notes"], _notes(study)))
+    counts += [
+        Count(name, rows[name], _every_record(study, topics))
+        for name, topics in EVERY.items()
+        if name in rows
+    ]
     if "scores" in rows:
         # Sessions that recorded no score are scored from their answers: not records of theirs.
         computed = int((scores.build(study).frame["origin"] == scores.COMPUTED).sum())
@@ -89,10 +97,9 @@ def _records(study: StudyRecordings, topics: tuple[str, ...]) -> int:
     return sum(1 for session in study.sessions for _ in session.recording.records(*topics))
 
 
-def _notes(study: StudyRecordings) -> int:
-    """Count notes, those before which a resumed session began anew included."""
-    topic = ExperimenterNoted.topic
-    return sum(len(list(s.recording.every_record(topic))) for s in study.sessions)
+def _every_record(study: StudyRecordings, topics: tuple[str, ...]) -> int:
+    """Count records, those before which a resumed session began anew included."""
+    return sum(len(list(s.recording.every_record(*topics))) for s in study.sessions)
 
 
 def _robots(study: StudyRecordings) -> int:

@@ -116,15 +116,18 @@ def flags(results: StudyResults) -> list[Flag]:
         found.append(Flag("Excluded trial", str(who), text, "Not in the tests"))
     gone = set(zip(left["session"].astype("str"), left["trial_id"], strict=True))
     deviations = results.tables.frame("deviations")
-    for who, session_id, trial_id, code, text in zip(
+    for who, session_id, trial_id, part_of_it, code, text in zip(
         deviations["participant"],
         deviations["session"].astype("str"),
         deviations["trial_id"],
+        deviations["kept"],
         deviations["code"],
         deviations["text"],
         strict=True,
     ):
         kept = "Its trial is not in the tests" if (session_id, trial_id) in gone else "Kept"
+        if not part_of_it:
+            kept = "The session was resumed, from before it"
         found.append(Flag("Deviation", str(who), f"{text} ({code})", kept))
     found += _doubtful_scores(results)
     found += [

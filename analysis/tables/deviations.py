@@ -22,6 +22,7 @@ COLUMNS = (
     *TRIAL_COLUMNS,
     Column("t", "number", "time since the session opened", unit="s"),
     Column("part", "integer", "part of the recording that was being written, from 1"),
+    Column("kept", "boolean", "false if a resumed session began anew before it"),
     Column("code", "label", "what kind it is"),
     Column("text", "text", "what happened, in words"),
 )
@@ -49,12 +50,15 @@ def build(study: StudyRecordings) -> Table:
 
 
 def session_rows(session: Session) -> list[dict[str, object]]:
-    """Return the deviations of one session, in order, as rows of the table."""
+    """Return the deviations of one session, in order, as rows of the table.
+
+    What a resumed session began anew before is among them: that it was ended, and why, is told.
+    """
     found: list[dict[str, object]] = []
     part, running, paused_in, why = 1, -1, -1, ""
     anew: dict[str, object] | None = None
     """The row of a resume whose stage has not shown yet whether a fleet run begins anew."""
-    for _, record in session.recording.records(*_TOPICS):
+    for record, kept in session.recording.every_record(*_TOPICS):
         if isinstance(record, SessionResumed | RecordingRestored):
             part = record.part
         elif isinstance(record, TrialStarted):
@@ -71,10 +75,10 @@ def session_rows(session: Session) -> list[dict[str, object]]:
         elif isinstance(record, Resumed):
             text = f"Stood still for {record.paused_ns / 1e9:.1f} s: {why}"
             row = {"trial_id": paused_in, "code": "paused", "text": text}
-            found.append({"t": record.t_ns / 1e9, "part": part, **row})
+            found.append({"t": record.t_ns / 1e9, "part": part, "kept": kept, **row})
         elif isinstance(record, Deviation):
             row = {"trial_id": record.trial_id, "code": record.code, "text": record.text}
-            found.append({"t": record.t_ns / 1e9, "part": part, **row})
+            found.append({"t": record.t_ns / 1e9, "part": part, "kept": kept, **row})
             if record.code == "resumed":
                 # What ran when the session broke off is not part of it any more.
                 running, anew = -1, found[-1]

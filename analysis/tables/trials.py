@@ -82,7 +82,8 @@ def _rows(session: Session) -> list[dict[str, object]]:
         _count(event, goals, lost, takeovers)
     deviations: dict[object, set[str]] = {}
     for row in session_rows(session):
-        deviations.setdefault(row["trial_id"], set()).add(str(row["code"]))
+        if row["kept"]:
+            deviations.setdefault(row["trial_id"], set()).add(str(row["code"]))
     broken = set(session.trials) - set(session.trial_ends)
     partial = _partial_rewards(session) if broken else {}
     rows: list[dict[str, object]] = []

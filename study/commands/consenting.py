@@ -7,7 +7,7 @@ import time
 from datetime import UTC, datetime
 from pathlib import Path
 
-from study.commands.not_taking_part import count
+from study.enrolment.not_taking_part import count
 from study.loading import LoadedProtocol
 from study.messages import messages_for
 from study.session.consent import Consent, consent_sha256

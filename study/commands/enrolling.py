@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Literal
@@ -14,9 +15,9 @@ from study.commands.resuming import Boundary
 from study.commands.terminal import errors
 from study.enrolment.importing import NOT_UNDERSTOOD, bring_in_step
 from study.enrolment.participants import HOLDING, Participant
-from study.enrolment.pseudonyms import check_participant, looks_like_a_name
+from study.enrolment.pseudonyms import check_participant, refuse_name
 from study.enrolment.register import Register
-from study.enrolment.withdrawing import leave_tombstone
+from study.enrolment.withdrawing import withdraw
 from study.errors import StudyError
 from study.loading import LoadedProtocol
 from study.orders import possible_orders
@@ -44,8 +45,8 @@ def assign(
         pilot: whether the session is none of the study's own.
 
     Raises:
-        StudyError: the id cannot be used, has a recording, or the order is none; or the register
-            cannot be used.
+        StudyError: the id cannot be used, looks like a name, has a recording, or the order is
+            none; or the register cannot be used.
     """
     if participant:
         participant = check_participant(participant)
@@ -53,6 +54,9 @@ def assign(
     chosen = parse_order(order, conditions)
     with Register(folder) as register:
         bring_in_step(register)
+        # Who took part before under such an id still can.
+        if participant and register.find(loaded.protocol.study.name, participant) is None:
+            refuse_name(participant)
         reserved = register.reserve(
             loaded.protocol.study.name,
             possible_orders(conditions, loaded.protocol.phase_three.order),
@@ -89,6 +93,8 @@ def foreseen(
     conditions = [condition.name for condition in loaded.protocol.conditions]
     with Register(folder) as register:
         bring_in_step(register)
+        if register.find(loaded.protocol.study.name, participant) is None:
+            refuse_name(participant)
         order = register.expected_order(
             loaded.protocol.study.name,
             possible_orders(conditions, loaded.protocol.phase_three.order),
@@ -129,7 +135,8 @@ class Finished:
 
     Attributes:
         paths: the recording, one file a part; none if there is none.
-        outcome: "declined" if consent was not given, "erased" if the participant had all erased.
+        outcome: "declined" if consent was not given, "erased" if the participant wants all data
+            erased: this recording, which is still there, and those before it.
         reason: in words, of an early end.
     """
 
@@ -191,8 +198,15 @@ class Enrolled:
             return register.resume(self._study, self._participant)
 
     def write_back(self, finished: Finished) -> None:
-        """Note what the session came to. The recording is safe: a failure is only told."""
+        """Note what the session came to. The recording is safe: a failure is only told.
+
+        Raises:
+            StudyError: not all of the data that were to be erased could be.
+        """
         self._written_back = True
+        if finished.outcome == "erased":
+            self._erase(finished.paths)
+            return
         try:
             with Register(self._folder) as register:
                 self._write_back(register, finished)
@@ -207,11 +221,45 @@ class Enrolled:
             case "declined":
                 # Who declines leaves a count and nothing else.
                 register.release(*key)
-            case "erased":
-                leave_tombstone(register, *key)
             case "ended_early":
                 failed = finished.reason == NOT_UNDERSTOOD
                 register.finish(*key, "excluded" if failed else "dropped", finished.reason)
+
+    def _erase(self, paths: Sequence[Path]) -> None:
+        """Erase the participant's data, of earlier sessions too.
+
+        The tombstone comes first: whatever fails after it, the data are left out of all analysis.
+        """
+        try:
+            with Register(self._folder) as register:
+                erased = withdraw(register, self._study, self._participant)
+        except StudyError as error:
+            # What was recorded just now goes all the same: for that no register is needed.
+            _unlink(paths)
+            raise StudyError(
+                f"not all data of {self._participant} could be erased, as the participant asked: "
+                f"{error.message}",
+                f"Mend that, then say `study participants withdraw {self._participant}`. "
+                f"{error.hint}".rstrip(),
+            ) from error
+        # A recording that went on in another folder is not the register's.
+        _unlink(paths)
+        files = len({*erased, *paths})
+        errors.print(
+            f"{self._participant} had all data erased: {files} file{'s' * (files != 1)}. A "
+            "tombstone is kept: pseudonym and time."
+        )
+
+
+def _unlink(paths: Sequence[Path]) -> None:
+    for path in paths:
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise StudyError(
+                f"{path} could not be erased: {error.strerror}",
+                "The participant asked for it: remove the file by hand.",
+            ) from error
 
 
 def _warn(error: StudyError) -> None:
@@ -222,12 +270,7 @@ def _warn(error: StudyError) -> None:
 
 
 def tell_place(loaded: LoadedProtocol, assignment: Assignment, folder: Path) -> None:
-    """Warn where an id looks like a name, the plan is exceeded or a condition is run too often."""
-    if looks_like_a_name(assignment.participant):
-        errors.print(
-            f'[yellow]Careful:[/] "{escape(assignment.participant)}" looks like a name. Ids go '
-            "into every file; leave out --participant, and a pseudonym is drawn."
-        )
+    """Warn where the plan is exceeded or a condition is run too often."""
     planned = loaded.protocol.study.planned_participants
     if assignment.planned_index >= planned:
         errors.print(

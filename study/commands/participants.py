@@ -13,10 +13,10 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from study.commands.not_taking_part import count
 from study.commands.terminal import console, errors
 from study.enrolment import editing
-from study.enrolment.importing import bring_in_step, files_of
+from study.enrolment.files import files_of
+from study.enrolment.importing import bring_in_step
 from study.enrolment.participants import HOLDING, Participant
 from study.enrolment.pseudonyms import PARTICIPANT
 from study.enrolment.register import Register
@@ -156,8 +156,6 @@ def _withdraw(register: Register, known: Participant, *, yes: bool) -> None:
             raise StudyError("nobody can be asked here", "Say --yes to erase without being asked.")
         typer.confirm(f"Erase all data of {known.pseudonym} for good?", abort=True)
     erased = withdraw(register, known.study, known.pseudonym)
-    if known.state != "withdrawn":
-        count(register.folder, known.study, "erased")
     console.print(
         f"{known.pseudonym} withdrew: {len(erased)} files erased. A tombstone is kept: pseudonym "
         "and time."

@@ -160,10 +160,23 @@ def _checks(
                         advice="Try the keyboard by hand.")  # fmt: skip
 
 
-def preflight_remark(
+@dataclasses.dataclass(frozen=True, slots=True)
+class Before:
+    """What a session records of the preflight before it.
+
+    Attributes:
+        remark: what it found; empty if there is none of today.
+        note: for the experimenter's notes: why the session begins although it is red; or empty.
+    """
+
+    remark: str = ""
+    note: str = ""
+
+
+def preflight_before(
     folder: Path, protocol_sha256: str, override: str, participant: str = ""
-) -> str:
-    """Return what a session records of the preflight before it; empty if there is none of today.
+) -> Before:
+    """Return what a session records of the preflight before it.
 
     Args:
         folder: of the recordings.
@@ -178,22 +191,24 @@ def preflight_remark(
 
     found = read_preflight(folder)
     if found is None or found.age_hours() > FRESH_HOURS:
-        return ""
+        return Before()
     remark = found.sentence
     if found.protocol_sha256 != protocol_sha256:
         remark += f"; of another protocol, {Path(found.protocol).name}"
     if found.participant and found.participant != participant:
         remark += f"; rehearsed for {found.participant}"
     if found.state != "red":
-        return remark
+        return Before(remark)
+    red = "; ".join(f"{c.name}: {c.found}" for c in found.checks if c.state == "red")
     if not override.strip():
-        red = "; ".join(f"{c.name}: {c.found}" for c in found.checks if c.state == "red")
         raise StudyError(
             f"the preflight of {found.utc} is red ({red})",
             "Mend it and run `study preflight` again, or give a reason to begin all the same: "
             '--override-preflight "REASON"; it is recorded.',
         )
-    return f"{remark}; begun all the same: {override.strip()[:200]}"
+    why = " ".join(override.split())[:200]
+    note = f"Begun although the preflight is red ({red[:300]}): {why}"
+    return Before(f"{remark}; begun all the same: {why}", note)
 
 
 def _table(found: Preflight) -> Table:

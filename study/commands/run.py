@@ -12,7 +12,7 @@ import typer
 from rich.markup import escape
 
 from study.commands.composing import lock_warning
-from study.commands.preflight import preflight_remark
+from study.commands.preflight import preflight_before
 from study.commands.recorded_scorers import parse_overrides
 from study.commands.terminal import console, errors, shown_path
 from study.enrolment.pseudonyms import check_participant
@@ -93,7 +93,7 @@ def run(
     check_ui_scale(ui_scale)
     # An empty id is a slip, as of a variable that was never set: no pseudonym is drawn for it.
     participant = "" if given is None else check_participant(given)
-    remark = preflight_remark(output, loaded.sha256, override_preflight, participant)
+    before = preflight_before(output, loaded.sha256, override_preflight, participant)
     scorers = parse_overrides(scorer or [])
     if resume:
         if again or order or seed is not None or pilot:
@@ -122,15 +122,17 @@ def run(
             ui_scale=ui_scale,
             tap=tap,
             lsl=lsl,
-            remark=remark,
+            remark=before.remark,
+            note=before.note,
         )
         finished = session(seat=seat, scorers=scorers)
         enrolled.write_back(finished)
+    if finished.outcome in ("declined", "erased"):
+        if finished.outcome == "declined":
+            errors.print("[yellow]No recording: the participant did not consent.[/]")
+        raise typer.Exit(3)
     for path in finished.paths:
         console.print(f"Recorded in {shown_path(path)}")
-    if not finished.paths:
-        errors.print("[yellow]No recording: the participant declined, or had it erased.[/]")
-        raise typer.Exit(3)
     if finished.outcome != "complete":
         errors.print(
             "[yellow]The session was ended early; the recording holds what there was.[/] "

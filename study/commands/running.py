@@ -22,7 +22,6 @@ from study.commands.consenting import Given, ask_for_consent
 from study.commands.deviations import tell_deviations, tell_gates
 from study.commands.enrolling import Enrolled, Finished
 from study.commands.listening import catch_up, open_link, tracker_of
-from study.commands.not_taking_part import erase
 from study.commands.recorded_scorers import recorded_weights
 from study.commands.resuming import (
     Boundary,
@@ -31,6 +30,7 @@ from study.commands.resuming import (
 )
 from study.commands.terminal import errors
 from study.events.events import Event, SessionEnded
+from study.events.experimenter_records import ExperimenterCommanded
 from study.events.inputs import Input, SessionOpened
 from study.events.shell import Note
 from study.foxglove.live_tap import LiveTap
@@ -61,6 +61,7 @@ class Seat:
         tap: a live view that gets the records too.
         lsl: whether markers are published to Lab Streaming Layer.
         remark: recorded when the session begins; empty for none.
+        note: the experimenter's first note, taken when the session begins; empty for none.
     """
 
     size: tuple[int, int] | None = None
@@ -69,6 +70,7 @@ class Seat:
     tap: LiveTap | None = None
     lsl: bool = False
     remark: str = ""
+    note: str = ""
 
     def open_window(self, study: StudyPart) -> Window:
         """Open the window under the study's title, in its language.
@@ -276,6 +278,9 @@ def _run(
         conductor.feed(beginning.first_input(clock.now()))
         if seat.remark:
             conductor.observe(Note(clock.now(), seat.remark))
+        if seat.note:
+            # Like one taken at the console: it is in notes, tables and report.
+            conductor.feed(ExperimenterCommanded(clock.now(), "annotate", seat.note))
         LiveLoop(conductor, window, recorder, clock, link, emergency).run()
         if tap is not None:
             remark = f"live view: {tap.passed} records passed on, {tap.dropped} dropped"
@@ -286,9 +291,7 @@ def _run(
         )
     paths = recorder.close()
     if conductor.erase_asked:
-        study = loaded.protocol.study.name
-        erase([*beginning.earlier, *paths], beginning.folder, study)
-        return Finished((), "erased")
+        return Finished((*beginning.earlier, *paths), "erased")
     outcome: Literal["complete", "ended_early"] = "complete" if session.complete else "ended_early"
     return Finished(tuple(paths), outcome, reasons[-1] if reasons else "")
 

@@ -17,7 +17,8 @@ def mark(register: Register, known: Participant, state: State, reason: str) -> N
         reason: in words; never a name.
 
     Raises:
-        StudyError: a session runs, the participant withdrew, is only reserved, or is so already.
+        StudyError: a session runs, the participant withdrew, is only reserved, or is so or
+            excluded already.
     """
     with register.transaction():
         now = _current(register, known)
@@ -27,13 +28,13 @@ def mark(register: Register, known: Participant, state: State, reason: str) -> N
                 f'participant "{now.pseudonym}" has had no session yet',
                 f"Give the slot back: `study participants release {now.pseudonym}`.",
             )
-        if now.state == state:
+        if now.state in (state, "excluded"):
+            # An exclusion is not undone in passing: their data would be analysed again.
             raise StudyError(
-                f'participant "{now.pseudonym}" is {state} already: {now.reason}',
+                f'participant "{now.pseudonym}" is {now.state} already: {now.reason}',
                 f"`study participants restore {now.pseudonym}` takes that back.",
             )
-        if now.state != "excluded":
-            _remember(register, now)
+        _remember(register, now)
         register.change(now.study, now.pseudonym, state, reason)
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 from pathlib import Path
 
 from study.enrolment.participants import Participant, State
 from study.enrolment.pseudonyms import PARTICIPANT
 from study.enrolment.register import Register
+from study.enrolment.withdrawing import withdraw
 from study.errors import StudyError
 from study.events.events import SessionEnded
 from study.events.inputs import SessionOpened
@@ -15,10 +17,11 @@ from study.protocol import parse_protocol
 from study.recording.enrolled import FILE_NAME, tombstones
 from study.recording.identity import PILOT
 from study.recording.parts import SessionRecording, base_name, read_session, recordings_in
-from study.recording.reader import read_recording
 
 NOT_UNDERSTOOD = "the instructions were not understood"
 """Reason of a session that ended because the comprehension check was failed."""
+ERASED = "erased by the participant"
+"""Reason of a session that ended because the participant wants all data erased."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -76,7 +79,17 @@ def bring_in_step(register: Register) -> int:
             _know(register, name)
         for session in sorted(found, key=lambda item: item.started_utc):
             added += _take_in(register, session)
+    for session in found:
+        if session.participant.reason == ERASED:
+            _erase(register, session.participant)
     return added
+
+
+def _erase(register: Register, asked: Participant) -> None:
+    """Do what a participant asked for in a session whose process was gone before it could."""
+    # While that process lives, or a file is held, it does so itself: it is looked at again.
+    with contextlib.suppress(StudyError):
+        withdraw(register, asked.study, asked.pseudonym)
 
 
 def _session(recording: SessionRecording) -> _Found | None:
@@ -124,7 +137,7 @@ def _take_in(register: Register, found: _Found) -> int:
         register.change(given.study, given.pseudonym, "complete", given.reason)
     for name in found.files:
         # Of a session that has not ended the outcome may still have to be read.
-        if given.state != "running":
+        if given.state != "running" and given.reason != ERASED:
             _know(register, name, given.study, given.pseudonym)
     return int(known is None)
 
@@ -164,36 +177,6 @@ def note_export(recording: Path, exported: Path) -> None:
     with Register(folder) as register, register.transaction():
         whose = found.participant
         _know(register, str(exported.absolute()), whose.study, whose.pseudonym)
-
-
-def files_of(register: Register, study: str, pseudonym: str) -> list[Path]:
-    """Return the files that hold a participant's data: those noted, and all found in the folder.
-
-    A file in the folder is the participant's by its metadata or its name, whatever made it:
-    parts, unfinished files and salvaged copies too.
-    """
-    folder = register.folder
-    with register.transaction():
-        rows = register.connection.execute(
-            "SELECT path FROM files WHERE study = ? AND pseudonym = ?", (study, pseudonym)
-        ).fetchall()
-    found = {folder / row[0] for row in rows}
-    for path in folder.glob("*.mcap*"):
-        if path.name.startswith(f"{study}_{pseudonym}_") or _is_of(path, study, pseudonym):
-            found.add(path)
-    return sorted(path for path in found if path.is_file())
-
-
-def _is_of(path: Path, study: str, pseudonym: str) -> bool:
-    """Whether a file is a recording of the participant in the study, by what it holds."""
-    try:
-        recording = read_recording(path)
-        if recording.metadata.get("participant") != pseudonym:
-            return False
-        toml = recording.attachments.get("protocol.toml", b"").decode()
-        return parse_protocol(toml, path.name).study.name == study
-    except (StudyError, UnicodeDecodeError):
-        return False
 
 
 def _know(register: Register, path: str, study: str = "", pseudonym: str = "") -> None:

@@ -35,6 +35,20 @@ def check_participant(given: str) -> str:
     return given
 
 
+def refuse_name(given: str) -> None:
+    """Raise where an id that nobody has yet may be a person's name.
+
+    Raises:
+        StudyError: it may be one. Ids go into every file, and cannot be taken back from there.
+    """
+    if looks_like_a_name(given):
+        raise StudyError(
+            f'participant id "{given}" looks like a name, and ids go into every file',
+            "Leave out --participant, and a pseudonym is drawn; or give a code with a digit in it, "
+            "such as P01.",
+        )
+
+
 def looks_like_a_name(given: str) -> bool:
     """Return whether an id may be a person's name: letters without a digit, as no code has."""
     return not any(sign.isdigit() for sign in given) and re.search("[A-Za-z]{3}", given) is not None

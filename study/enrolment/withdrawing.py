@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from study.enrolment.importing import files_of
+from study.enrolment.files import files_of
+from study.enrolment.not_taking_part import count
 from study.enrolment.participants import now_utc
 from study.enrolment.register import Register
 from study.errors import StudyError
@@ -17,7 +18,7 @@ from study.recording.file_lock import is_held
 
 
 def withdraw(register: Register, study: str, pseudonym: str) -> list[Path]:
-    """Erase a participant's recordings, their parts, copies and exports; leave a tombstone.
+    """Erase a participant's recordings, their parts, copies and exports; leave a tombstone, count.
 
     Returns:
         The files that were erased.
@@ -37,6 +38,13 @@ def withdraw(register: Register, study: str, pseudonym: str) -> list[Path]:
         if is_held(path):
             raise StudyError(f"{path} is being written", "End the session first.")
     leave_tombstone(register, study, known.pseudonym)
+    uncounted: StudyError | None = None
+    if known.state != "withdrawn":
+        try:
+            count(register.folder, study, "erased")
+        except StudyError as error:
+            # That they are counted matters less than that the data go.
+            uncounted = error
     for path in files:
         try:
             path.unlink(missing_ok=True)
@@ -49,6 +57,8 @@ def withdraw(register: Register, study: str, pseudonym: str) -> list[Path]:
         register.connection.execute(
             "DELETE FROM files WHERE study = ? AND pseudonym = ?", (study, known.pseudonym)
         )
+    if uncounted is not None:
+        raise uncounted
     return files
 
 

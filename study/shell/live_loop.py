@@ -315,7 +315,8 @@ class LiveLoop:
         """Turn SIGINT and SIGTERM into an orderly end."""
 
         def ask_to_stop(number: int, frame: FrameType | None) -> None:  # noqa: ARG001
-            self._quit_reason = signal.Signals(number).name
+            name = signal.Signals(number).name
+            self._quit_reason = "Ctrl-C in the terminal" if name == "SIGINT" else name
 
         before = {
             number: signal.signal(number, ask_to_stop) for number in (signal.SIGINT, signal.SIGTERM)

@@ -14,7 +14,7 @@ from pathlib import Path
 from onlooker import Aim, Onlooker
 from patience import PATIENCE_S, until
 from seated_participant import SIZE, SeatedParticipant
-from study.commands.not_taking_part import COUNTS
+from study.enrolment.not_taking_part import COUNTS
 from study.enrolment.register import Register
 from study.events.events import SessionStarted
 from study.events.participant_events import ConsentGiven

@@ -15,8 +15,9 @@ from typing import Any
 
 import pytest
 
+from analysis.export.reconcile import reconcile
 from analysis.recordings import StudyRecordings, load_recordings
-from analysis.tables import notes
+from analysis.tables import deviations, notes
 from onlooker import Onlooker
 from patience import PATIENCE_S, until
 from protocols import ROOT, variant
@@ -209,6 +210,26 @@ def test_an_experimenter_ends_a_session(tmp_path: Path) -> None:
         known = register.find("smoke", "P01")
     assert known is not None
     assert (known.state, known.reason) == ("dropped", ended.reason)
+    with real_study("smoke", folder, "--resume") as (hands, study):
+        hands.wait_for_window()
+        until(lambda: running_sessions() != [])
+        study.terminate()
+        study.wait(PATIENCE_S)
+    # That it was ended, and why, is not lost because it went on.
+    resumed = load_recordings([folder])
+    rows = deviations.build(resumed).frame
+    assert list(rows["code"]) == ["ended_early", "resumed", "ended_early"]
+    assert list(rows["kept"]) == [False, True, True]
+    assert "fire drill" in rows["text"][0]
+    (count,) = [
+        each for each in reconcile(resumed, numbers(len(rows))) if each.table == "deviations"
+    ]
+    assert count.agrees
+
+
+def numbers(of_deviations: int) -> dict[str, int]:
+    """Return numbers of rows, of which only those of deviations are looked at."""
+    return {"sessions": 0, "trials": 0, "timing": 0, "deviations": of_deviations}
 
 
 def test_a_killed_session_is_told_from_one_that_ended(tmp_path: Path) -> None:

@@ -10,14 +10,18 @@ from pathlib import Path
 
 import pytest
 
+from analysis.recordings import load_recordings
+from analysis.tables.study_tables import StudyTables
+from patience import PATIENCE_S, until
 from study.commands.composing import seed_from
-from study.commands.preflight import _rehearsed, preflight_remark
+from study.commands.preflight import _rehearsed, preflight_before
 from study.enrolment.register import Register
 from study.enrolment.withdrawing import leave_tombstone
 from study.errors import StudyError
 from study.loading import load_protocol
 from study.orders import possible_orders
 from study.shell.preflight.check import FILE
+from study.verification import verify
 from x11_driver import Hands, x_server
 
 
@@ -54,10 +58,35 @@ def test_red_blocks_and_an_override_is_recorded(tmp_path: Path) -> None:
     assert not list(tmp_path.glob("*.mcap*"))
 
     sha256 = load_protocol("smoke").sha256
-    remark = preflight_remark(tmp_path, sha256, "the disk is emptied at noon")
-    assert remark.endswith("begun all the same: the disk is emptied at noon")
+    before = preflight_before(tmp_path, sha256, "the disk is emptied at noon")
+    assert before.remark.endswith("begun all the same: the disk is emptied at noon")
+    check_note_of_override(tmp_path)
     with pytest.raises(StudyError, match="--override-preflight"):
-        preflight_remark(tmp_path, sha256, "  ")
+        preflight_before(tmp_path, sha256, "  ")
+
+
+def check_note_of_override(folder: Path) -> None:
+    """Begin a session although the preflight is red; check that the reason is among its notes."""
+    why = "the disk is emptied at noon"
+    with x_server(1280, 960) as display:
+        study = subprocess.Popen(
+            [sys.executable, "-m", "study.commands.main", "run", "smoke", "-p", "P01",
+             "-o", str(folder), "--override-preflight", why],
+            env={**os.environ, "DISPLAY": display, "SDL_VIDEODRIVER": "x11"},
+        )  # fmt: skip
+        hands = Hands(display)
+        try:
+            hands.wait_for_window()
+            until(lambda: any(path.stat().st_size > 20_000 for path in folder.glob("*.part")))
+        finally:
+            study.terminate()
+            study.wait(PATIENCE_S)
+            hands.close()
+    (note,) = StudyTables(load_recordings([folder])).frame("notes").to_dict("records")
+    assert note["text"].startswith("Begun although the preflight is red (disk space: 2 MiB free")
+    assert note["text"].endswith(why)
+    (recording,) = folder.glob("*.mcap")
+    assert verify(recording).matches
 
 
 @pytest.mark.parametrize("together", [True, False], ids=["held together", "one after the other"])

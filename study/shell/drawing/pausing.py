@@ -16,7 +16,9 @@ def _words(canvas: Canvas, screen: PauseScreen) -> tuple[str, str]:
     say = canvas.say
     if screen.confirm_erase:
         return (
-            say("Stop and erase?"), say("The session ends, and its recording is removed for good.")
+            say("Stop and erase?"),
+            say("The session ends, and all that was recorded of you in this study is removed "
+                "for good, from earlier sessions too."),
         )  # fmt: skip
     if screen.confirm_stop:
         return say("Stop the session?"), say("It ends here. What was recorded so far is kept.")

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from protocols import variant
 from study.commands.composing import session_opened, start_recorder
-from study.commands.enrolling import assign
+from study.commands.enrolling import assign, foreseen
 from study.commands.run import parse_size
 from study.commands.simulating import default_seed, simulated_assignments
 from study.enrolment.importing import bring_in_step
@@ -52,6 +52,20 @@ def test_device_names_and_marks_are_refused(bad: str) -> None:
     """Neither can names that mean something to a system or a terminal."""
     with pytest.raises(StudyError, match="cannot be used"):
         check_participant(bad)
+
+
+def test_a_name_is_refused(tmp_path: Path) -> None:
+    """Before a slot is taken; who took part under such an id earlier still can."""
+    loaded = load_protocol("smoke")
+    with pytest.raises(StudyError, match="looks like a name"):
+        assign(loaded, "AnnaSchmidt", tmp_path)
+    with pytest.raises(StudyError, match="looks like a name"):
+        foreseen(loaded, "AnnaSchmidt", tmp_path)
+    with Register(tmp_path) as register:
+        assert register.participants() == []
+        orders = [("manual", "assisted")]
+        register.reserve(loaded.protocol.study.name, orders, pseudonym="AnnaSchmidt")
+    assert assign(loaded, "AnnaSchmidt", tmp_path).planned_index == 0
 
 
 @given(st.text(max_size=40))

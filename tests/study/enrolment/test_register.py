@@ -188,6 +188,9 @@ def test_marks_by_hand(tmp_path: Path) -> None:
             register.resume("s", "P1")
         with pytest.raises(StudyError, match="excluded already"):
             editing.mark(register, known, "excluded", "x")
+        # Else their data would be analysed again, without a word.
+        with pytest.raises(StudyError, match="excluded already"):
+            editing.mark(register, known, "dropped", "left town")
         assert editing.restore(register, known).state == "complete"
         with pytest.raises(StudyError, match="no mark can be taken back"):
             editing.restore(register, known)

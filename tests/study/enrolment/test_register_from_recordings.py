@@ -16,7 +16,8 @@ from study.commands import main as command
 from study.commands.composing import session_opened, start_failover_recorder
 from study.commands.enrolling import Enrolled, Finished, assign, who_broke_off
 from study.commands.simulating import simulate_session, simulated_assignments
-from study.enrolment.importing import NOT_UNDERSTOOD, bring_in_step
+from study.enrolment.importing import ERASED, NOT_UNDERSTOOD, bring_in_step
+from study.enrolment.not_taking_part import COUNTS
 from study.enrolment.participants import Participant
 from study.enrolment.process_identity import ProcessIdentity
 from study.enrolment.register import Register
@@ -155,6 +156,71 @@ def test_a_register_that_fails_at_the_end_costs_nothing(
         (tmp_path / FILE_NAME).write_bytes(b"broken" * 1000)
         enrolled.write_back(Finished((), "complete"))
     assert "could not be written into the register" in capsys.readouterr().err
+
+
+def second_visit(folder: Path) -> tuple[Enrolled, Path]:
+    """Record one session of P01, and begin another; return its lease and its recording."""
+    record(folder, "P01", ended=COMPLETE)
+    loaded = load_protocol("smoke")
+    assign(loaded, "P01", folder, again=True)
+    enrolled = Enrolled(loaded, "P01", folder)
+    enrolled.begin()
+    asked = SessionEnded(9, complete=False, reason=ERASED)
+    return enrolled, record(folder, "P01", ended=asked)
+
+
+def test_erasing_in_a_second_visit_erases_the_first_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """All of the participant's data go, as the screen says, and it is counted once."""
+    folder = tmp_path / "recordings"
+    enrolled, now = second_visit(folder)
+    record(folder, "P02", ended=COMPLETE)
+    with enrolled:
+        enrolled.write_back(Finished((now,), "erased"))
+    assert "had all data erased: 2 files" in capsys.readouterr().err
+    assert [path.name.split("_")[1] for path in folder.glob("*.mcap")] == ["P02"]
+    assert known_in(folder)["P01"].state == "withdrawn"
+    assert json.loads((folder / COUNTS).read_text())["smoke"]["erased"] == 1
+    assert (folder / COUNTS).stat().st_mode & 0o077 == 0
+
+
+def test_erasing_is_finished_where_the_study_was_killed_before(tmp_path: Path) -> None:
+    """The recording says that all is to be erased: that is done when it is next looked at."""
+    folder = tmp_path / "recordings"
+    second_visit(folder)
+    me = enrolled_by(folder)
+    with Register(folder, me=ProcessIdentity("here", 1, "x"), alive=lambda _: True) as register:
+        bring_in_step(register)
+        # The session's process lives, and does so itself.
+        assert len(list(folder.glob("*.mcap"))) == 2
+    with Register(folder, me=me, alive=lambda _: False) as register:
+        bring_in_step(register)
+    assert not list(folder.glob("*.mcap"))
+    assert list(tombstones(folder)["smoke"]) == ["P01"]
+
+
+def enrolled_by(folder: Path) -> ProcessIdentity:
+    """Return the process that conducts P01's session."""
+    with Register(folder) as register:
+        known = register.find("smoke", "P01")
+    assert known is not None
+    assert known.lease is not None
+    return known.lease
+
+
+def test_what_cannot_be_erased_is_said(tmp_path: Path) -> None:
+    """Where the register cannot be used this recording goes all the same, and the rest is named."""
+    folder = tmp_path / "recordings"
+    enrolled, now = second_visit(folder)
+    (folder / FILE_NAME).write_bytes(b"broken" * 1000)
+    with (
+        enrolled,
+        pytest.raises(StudyError, match=r"not all data of P01(.|\n)*withdraw P01"),
+    ):
+        enrolled.write_back(Finished((now,), "erased"))
+    assert not now.exists()
+    assert len(list(folder.glob("*.mcap"))) == 1
 
 
 def withdrawn_folder(folder: Path) -> list[str]:

@@ -9,6 +9,7 @@ import pytest
 
 from fake_shell import FakeShell, Moods, replayed
 from short_study import opened
+from study.enrolment.importing import ERASED
 from study.errors import RecordingError
 from study.events.codes import ChoiceSource, Phase
 from study.events.events import (
@@ -328,6 +329,9 @@ def test_a_pause_offers_to_erase_after_a_second_question(every_screen: LoadedPro
     shell.key("y")
     assert shell.finished
     assert [effect for effect in shell.effects if isinstance(effect, EraseRecording)]
+    (end,) = [event for event in shell.events if isinstance(event, SessionEnded)]
+    # By these words an erasure that was not finished is known.
+    assert (end.complete, end.reason) == (False, ERASED)
 
 
 @pytest.mark.parametrize("change", ["resized", "minimised"])
