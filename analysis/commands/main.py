@@ -34,6 +34,11 @@ def main() -> None:
     """Run the command line; what a user can mend is one message and exit code 2."""
     try:
         app()
+    except SystemExit as left:
+        # Typer makes this of Ctrl-C, and says nothing.
+        if left.code == 130:
+            sys.stderr.write("Stopped.\n")
+        raise
     except StudyError as error:
         console = Console(stderr=True, soft_wrap=True)
         console.print("[bold red]Error:[/] ", end="")

@@ -12,6 +12,8 @@ from rich.markup import escape
 
 from study.errors import StudyError
 
+INTERRUPTED = 130
+"""Exit status of a command that Ctrl-C stopped."""
 console = Console(highlight=False, soft_wrap=True)
 errors = Console(stderr=True, highlight=False, soft_wrap=True)
 
@@ -31,6 +33,11 @@ def report_errors(run: Callable[[], object]) -> None:
     except StudyError as error:
         errors.print(f"[bold red]Error:[/] {escape(str(error))}")
         sys.exit(error.exit_status)
+    except SystemExit as left:
+        # Typer makes this of Ctrl-C, and says nothing.
+        if left.code == INTERRUPTED:
+            errors.print("Stopped.")
+        raise
     except KeyboardInterrupt:
         errors.print("Stopped.")
-        sys.exit(130)
+        sys.exit(INTERRUPTED)

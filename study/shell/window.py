@@ -21,6 +21,7 @@ from study.shell.allocation import give_large_blocks_back
 from study.shell.drawing.lettering import clear_fonts
 from study.shell.drawing.pictures import Pictures
 from study.shell.drawing.renderer import Renderer
+from study.shell.interrupts import ctrl_c_later
 from study.shell.keyboard import key_name
 from study.shell.pygame_check import require_pygame_ce
 from study.shell.raw_inputs import (
@@ -158,7 +159,9 @@ class Window:
             _refuse_unseen(pygame.display.get_driver())
             wanted = size or ((0, 0) if fullscreen else (1280, 960))
             flags = pygame.FULLSCREEN if fullscreen else 0
-            self._surface = pygame.display.set_mode(wanted, flags)
+            # pygame takes what is raised while it loads its icon for a missing icon.
+            with ctrl_c_later():
+                self._surface = pygame.display.set_mode(wanted, flags)
         except pygame.error as error:
             pygame.display.quit()
             raise StudyError(

@@ -13,6 +13,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from study.errors import StudyError
+from study.shell.interrupts import ctrl_c_later
 
 Serve = Callable[[Any], Any]
 
@@ -83,7 +84,8 @@ class Worker:
             daemon=True,
             name=make.__name__,
         )
-        self._process.start()
+        with ctrl_c_later():
+            self._process.start()
         theirs.close()
 
     def send(self, request: object) -> None:

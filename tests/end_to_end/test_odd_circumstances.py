@@ -165,3 +165,45 @@ def test_keys_mashed_at_1_khz(tmp_path: Path) -> None:
     assert len(sent) > 3000
     assert took < 6.0 or os.getloadavg()[0] > (os.cpu_count() or 1), "that was not mashing"
     assert keys_of(recorded(tmp_path))[: len(sent)] == sent
+
+
+FROM_THE_SHELL = (
+    "import signal\n"
+    "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    "from {package}.commands.starting import main\n"
+    "main()\n"
+)
+"""As a program is started where Ctrl-C is not ignored."""
+
+
+@pytest.mark.parametrize(
+    ("package", "words"),
+    [
+        ("study", ("run", "smoke", "-p", "P01")),
+        ("study", ("preflight", "smoke", "--no-keys")),
+        ("analysis", ("report", "nowhere")),
+    ],
+)
+def test_ctrl_c_at_any_moment_is_no_traceback(
+    tmp_path: Path, package: str, words: tuple[str, ...]
+) -> None:
+    """While all is being imported, while processes begin, in the session: one line at most."""
+    code = FROM_THE_SHELL.format(package=package)
+    environment = {**os.environ, "SDL_VIDEODRIVER": "dummy", "SDL_AUDIODRIVER": "dummy"}
+    for delay in (0.15, 0.4, 0.8, 1.2, 1.6, 2.0, 2.6):
+        output = ("-o", str(tmp_path / f"after {delay}"))
+        program = subprocess.Popen(
+            [sys.executable, "-c", code, *words, *output],
+            cwd=ROOT,
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            start_new_session=True,
+        )
+        time.sleep(delay)
+        if program.poll() is None:
+            os.killpg(program.pid, signal.SIGINT)
+        told = program.communicate(timeout=PATIENCE_S)[0]
+        assert "Traceback" not in told, (delay, told)
+        assert program.returncode in (2, 3, 130), (delay, told)

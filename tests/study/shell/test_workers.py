@@ -73,6 +73,20 @@ def test_killed_process_is_said_to_be_gone(worker: Worker) -> None:
         worker.send("a")
 
 
+def test_interrupt_while_it_imports_is_no_traceback(capfd: pytest.CaptureFixture[str]) -> None:
+    """A process that only begins is not reached by Ctrl-C either."""
+    for delay in (0.0, 0.02, 0.05, 0.1):
+        worker = Worker(methodcaller, "upper")
+        try:
+            time.sleep(delay)
+            os.kill(pid_of(worker), signal.SIGINT)
+            worker.send("a")
+            assert answer(worker) == "A"
+        finally:
+            worker.close()
+    assert capfd.readouterr().err == ""
+
+
 def test_interrupt_leaves_the_worker_to_the_study(worker: Worker) -> None:
     """Ctrl-C reaches the whole terminal group; the study decides what ends."""
     worker.send("a")
