@@ -117,16 +117,23 @@ def who_broke_off(loaded: LoadedProtocol, folder: Path) -> str:
     with Register(folder) as register:
         bring_in_step(register)
         known = register.participants(loaded.protocol.study.name)
-    broken = [each for each in known if each.interrupted] or [
-        each for each in known if each.state == "dropped"
-    ]
+    interrupted = [each for each in known if each.interrupted]
+    ended_early = [each for each in known if each.state == "dropped"]
+    broken = interrupted or ended_early
     if len(broken) != 1:
-        names = ", ".join(each.pseudonym for each in broken[:20]) or "none"
         raise StudyError(
-            f"--resume without --participant takes the one session that broke off; there: {names}",
+            "--resume without --participant takes the one session that broke off; interrupted: "
+            f"{_named(interrupted)}; ended early: {_named(ended_early)}",
             "Say whose with --participant.",
         )
     return broken[0].pseudonym
+
+
+def _named(known: Sequence[Participant]) -> str:
+    """List participants, with the reason where there is one."""
+    names = [f"{e.pseudonym} ({e.reason})" if e.reason else e.pseudonym for e in known[:20]]
+    more = f" and {len(known) - 20} more" if len(known) > 20 else ""
+    return ", ".join(names) + more or "none"
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -216,6 +216,11 @@ def _show_history(register: Register, known: Participant, *, as_json: bool) -> N
         text = json.dumps([dataclasses.asdict(line) for line in lines], indent=2)
         sys.stdout.write(f"{text}\n")
         return
+    if not lines:
+        state = (
+            f"withdrew at {known.changed_utc[:19]}" if known.state == "withdrawn" else "no history"
+        )
+        console.print(f"{known.pseudonym}: {state}; nothing else is kept.", markup=False)
     for line in lines:
         detail = f": {line.detail}" if line.detail else ""
         console.print(f"{line.utc[:19]}  {line.what}{detail}", markup=False)

@@ -12,6 +12,7 @@ import pygame
 
 from study.screens import FleetScreen
 from study.shell.drawing.lettering import FILES, FONTS
+from study.shell.interrupts import ctrl_c_later
 from study.shell.live_loop import LiveClock, LiveLoop
 from study.shell.preflight.check import Check, Limits
 from study.shell.preflight.rolling import NoRecorder, Rolling
@@ -41,7 +42,8 @@ def refresh_rate(size: tuple[int, int] | None, *, fullscreen: bool) -> float:
     flags = pygame.SCALED | (pygame.FULLSCREEN if fullscreen else 0)
     shown: list[float] = []
     try:
-        pygame.display.set_mode(size or (1280, 960), flags, vsync=1)
+        with ctrl_c_later():
+            pygame.display.set_mode(size or (1280, 960), flags, vsync=1)
         until = time.perf_counter() + 1.5
         while len(shown) < SYNCHRONISED_FRAMES and time.perf_counter() < until:
             pygame.event.pump()

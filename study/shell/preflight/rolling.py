@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from study.events.fields import Record
-from study.events.inputs import Input, TimestepDue
+from study.events.inputs import Input, QuitRequested, TimestepDue
 from study.events.shell import FrameIntervals
 from study.screens import FleetScreen
 from study.session.effects import SetPace
@@ -51,7 +51,13 @@ class Rolling:
             self.intervals.append(record.intervals)
 
     def feed(self, given: Input) -> None:
-        """Let the robots roll on."""
+        """Let the robots roll on.
+
+        Raises:
+            KeyboardInterrupt: by Ctrl-C, or as the window is closed: no other check is wanted.
+        """
+        if isinstance(given, QuitRequested):
+            raise KeyboardInterrupt(given.reason)
         if not isinstance(given, TimestepDue):
             return
         screen = self.screen

@@ -247,11 +247,23 @@ def test_withdrawal_erases_and_leaves_a_tombstone(tmp_path: Path) -> None:
     for again in (False, True):
         with pytest.raises(StudyError, match="withdrew"):
             assign(loaded, "P02", tmp_path, again=again)
+    shown = CliRunner().invoke(command.app, ["participants", "history", "P02", str(tmp_path)])
+    assert "P02: withdrew at " in shown.output
     # The tombstone outlives the register.
     (tmp_path / FILE_NAME).unlink()
     with pytest.raises(StudyError, match="withdrew"):
         assign(loaded, "P02", tmp_path)
     assert known_in(tmp_path)["P02"].state == "withdrawn"
+
+
+def test_sessions_to_go_on_with_are_told_by_how_they_ended(tmp_path: Path) -> None:
+    """What was ended on purpose is not said to have broken off."""
+    for name in ("P01", "P02"):
+        record(tmp_path, name, ended=SessionEnded(9, complete=False, reason=f"{name} is tired"))
+    with pytest.raises(
+        StudyError, match=r"interrupted: none; ended early: P01 \(P01 is tired\), P02"
+    ):
+        who_broke_off(load_protocol("smoke"), tmp_path)
 
 
 def test_an_export_is_erased_too(tmp_path: Path) -> None:
