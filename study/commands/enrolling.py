@@ -22,6 +22,12 @@ from study.errors import StudyError
 from study.loading import LoadedProtocol
 from study.orders import possible_orders
 
+BY_HAND = (
+    "[yellow]Still to be done by hand:[/] erase reports, tables and exports of this participant, "
+    "make those of several participants anew, and erase copies and backups."
+)
+"""What the program cannot erase: it does not know where that is."""
+
 
 def assign(
     loaded: LoadedProtocol,
@@ -254,7 +260,7 @@ class Enrolled:
         files = len({*erased, *paths})
         errors.print(
             f"{self._participant} had all data erased: {files} file{'s' * (files != 1)}. A "
-            "tombstone is kept: pseudonym and time."
+            f"tombstone is kept: pseudonym and time.\n{BY_HAND}"
         )
 
 

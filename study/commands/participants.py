@@ -13,6 +13,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
+from study.commands.enrolling import BY_HAND
 from study.commands.terminal import console, errors
 from study.enrolment import editing
 from study.enrolment.files import files_of
@@ -160,10 +161,7 @@ def _withdraw(register: Register, known: Participant, *, yes: bool) -> None:
         f"{known.pseudonym} withdrew: {len(erased)} files erased. A tombstone is kept: pseudonym "
         "and time."
     )
-    errors.print(
-        "[yellow]Still to be done by hand:[/] erase reports, tables and exports of this "
-        "participant, make those of several participants anew, and erase copies and backups."
-    )
+    errors.print(BY_HAND)
 
 
 def _show(found: list[Participant], *, as_json: bool) -> None:
