@@ -52,8 +52,8 @@ def heading_step(heading: float) -> int:
 def _within_an_eighth(step: int) -> tuple[int, bool, int]:
     """Return a heading of the first 45 degrees that a heading is, but for mirroring and turning.
 
-    A driven robot is large: painted in all headings it would fill tens of megabytes, little by
-    little. Its shape is its own mirror image, so that an eighth of them will do.
+    Painted in all headings robots would fill megabytes, little by little: some headings are first
+    seen after an hour. Their shapes are their own mirror images, so that an eighth of them will do.
 
     Returns:
         The heading to paint, whether its picture is then turned upside down, and by how many
@@ -88,9 +88,7 @@ def draw_robot(
     """
     if driven:
         radius *= DRIVEN_SCALE
-    painted, mirrored, quarters = heading_step(heading), False, 0
-    if driven:
-        painted, mirrored, quarters = _within_an_eighth(painted)
+    painted, mirrored, quarters = _within_an_eighth(heading_step(heading))
     angle = 2 * math.pi * painted / HEADING_STEPS
     reach = radius * (HALO + 0.75 if driven else DROP_TIP) + 3
     rim = max(1.2, radius * 0.12)

@@ -1,4 +1,4 @@
-"""A driven robot is painted in an eighth of its headings; the others are mirrored and turned."""
+"""A robot is painted in an eighth of its headings; the others are mirrored and turned."""
 
 from __future__ import annotations
 
@@ -17,35 +17,37 @@ from study.shell.drawing.robots import HEADING_STEPS, draw_robot
 SIDE, RADIUS = 140, 18.0
 
 
-def drawn(canvas: Canvas, step: int) -> npt.NDArray[np.int64]:
-    """Return a driven robot in the middle of a white square, int [x, y, 3]."""
+def drawn(canvas: Canvas, step: int, *, driven: bool) -> npt.NDArray[np.int64]:
+    """Return a robot in the middle of a white square, int [x, y, 3]."""
     canvas.surface.fill("white")
     heading = 2 * math.pi * step / HEADING_STEPS
-    draw_robot(canvas, SIDE / 2, SIDE / 2, RADIUS, heading, driven=True)
+    draw_robot(canvas, SIDE / 2, SIDE / 2, RADIUS, heading, driven=driven)
     return pygame.surfarray.array3d(canvas.surface).astype(np.int64)
 
 
-def test_every_heading_looks_as_if_painted(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("driven", [True, False])
+def test_every_heading_looks_as_if_painted(monkeypatch: pytest.MonkeyPatch, driven: bool) -> None:
     """But for single pixels at edges, as polygons are filled from one side."""
     turned, painted = Canvas((SIDE, SIDE)), Canvas((SIDE, SIDE))
-    pictures = [drawn(turned, step) for step in range(HEADING_STEPS)]
+    pictures = [drawn(turned, step, driven=driven) for step in range(HEADING_STEPS)]
     monkeypatch.setattr(robots, "_within_an_eighth", lambda step: (step, False, 0))
     for step, picture in enumerate(pictures):
-        wanted = drawn(painted, step)
+        wanted = drawn(painted, step, driven=driven)
         apart = np.abs(picture - wanted).sum(axis=2)
         assert (apart > 200).sum() < 40, step
         # Of another heading far more differs: else nothing would have been compared.
-        other = drawn(painted, step + 5)
+        other = drawn(painted, step + 5, driven=driven)
         assert (np.abs(picture - other).sum(axis=2) > 200).sum() > 80, step
 
 
-def test_all_headings_take_little_room() -> None:
+@pytest.mark.parametrize("driven", [True, False])
+def test_all_headings_take_little_room(driven: bool) -> None:
     """A session in which every heading is seen takes no more than its first minutes."""
     canvas = Canvas((SIDE, SIDE))
-    drawn(canvas, 0)
+    drawn(canvas, 0, driven=driven)
     one = canvas.sprites.bytes
     for step in range(HEADING_STEPS):
-        drawn(canvas, step)
+        drawn(canvas, step, driven=driven)
     assert canvas.sprites.bytes <= 24 * one
 
 
