@@ -105,7 +105,7 @@ def instruments(session: Session) -> dict[str, Instrument]:
     """Return what a session was asked, by name."""
     try:
         asked = json.loads(session.opened.questionnaires_json or "{}")
-    except json.JSONDecodeError:
+    except (ValueError, RecursionError):
         return {}
     return {str(name): _instrument(str(name), _table(value)) for name, value in _sorted(asked)}
 

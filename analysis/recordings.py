@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,13 +14,14 @@ import numpy.typing as npt
 from analysis.damaged import KnownTrials, broken_trials, unknown_trials
 from analysis.left_out import LeftOut
 from analysis.source import RecordingSource
-from study.errors import RecordingError, StudyError
+from study.errors import ProtocolError, RecordingError, StudyError
 from study.events.events import SessionEnded, TrialEnded, TrialStarted
 from study.events.inputs import SessionOpened
 from study.events.task_description import TaskDescription
 from study.recording.file_lock import is_held
 from study.recording.parts import join_parts, part_files
 from study.recording.reader import Recording, read_recording
+from study.toml_text import parse_toml
 
 SUFFIX = ".mcap"
 
@@ -207,9 +207,10 @@ def open_session(file: str, recording: RecordingSource) -> Session:
     if opened is None:
         raise RecordingError(f"{file}: holds no opened session", "Leave this file out.")
     try:
-        protocol = tomllib.loads(opened.protocol_toml)
-    except tomllib.TOMLDecodeError as error:
-        raise RecordingError(f"{file}: its protocol is unreadable: {error}") from error
+        protocol = parse_toml(opened.protocol_toml, "its protocol")
+    except ProtocolError as error:
+        reason = "; ".join(error.problems)
+        raise RecordingError(f"{file}: its protocol is unreadable: {reason}") from error
     started: dict[int, TrialStarted] = {}
     ends: dict[int, TrialEnded] = {}
     began: dict[int, int] = {}
@@ -296,7 +297,7 @@ def operator_parameters(session: Session) -> dict[str, Any]:
     """Return the simulated operator's recorded parameters; empty for a person."""
     try:
         parsed = json.loads(session.opened.operator_json or "{}")
-    except json.JSONDecodeError:
+    except (ValueError, RecursionError):
         return {"unreadable": session.opened.operator_json}
     return parsed if isinstance(parsed, dict) else {"value": parsed}
 

@@ -7,18 +7,17 @@ import them.
 
 from __future__ import annotations
 
+import dataclasses
 import json
-import tomllib
-from collections.abc import Iterator
 from typing import Any, Literal
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, TypeAdapter, ValidationError, model_validator
 
+from study.disagreements import disagreements, unknown_scorers_in
 from study.errors import ProtocolError
 from study.messages import SOURCE
-from study.scorer_settings import CorrectionRoundPart, MemberPart, ScorerPart, scorer_problems
+from study.scorer_settings import CorrectionRoundPart, MemberPart, ScorerPart
 from study.seat_settings import (
-    NUMBER_ROW,
     BreakPart,
     ComprehensionPart,
     ConsentPart,
@@ -30,7 +29,8 @@ from study.seat_settings import (
     RecordingPart,
     SwitchingPart,
 )
-from study.validation import missing_paths, nearest, validation_problems
+from study.toml_text import parse_toml
+from study.validation import missing_paths, validation_problems
 
 Allocation = Literal["manual", "suggested", "assisted"]
 View = Literal["tiles", "operated_only", "enlarged"]
@@ -244,58 +244,11 @@ class Protocol(Part):
 
     @model_validator(mode="after")
     def _check(self) -> Protocol:
-        problems = list(self._disagreements())
+        parts = {name: getattr(self, name) for name in type(self).model_fields}
+        problems = list(disagreements(parts))
         if problems:
             raise ValueError("\n".join(problems))
         return self
-
-    def _disagreements(self) -> Iterator[str]:
-        """Say where parts that are right by themselves do not go together."""
-        names = [condition.name for condition in self.conditions]
-        for name in sorted({name for name in names if names.count(name) > 1}):
-            yield f'conditions: the name "{name}" is given twice'
-        asked = [use.name for use in self.questionnaires]
-        for name in sorted({name for name in asked if asked.count(name) > 1}):
-            yield f'questionnaires: "{name}" is listed twice; list it once with all its occasions'
-        if self.phase_three.order == "ab_ba" and len(names) != 2:
-            yield (
-                f'phase_three.order: "ab_ba" needs two conditions, {len(names)} given; '
-                'use "latin_square"'
-            )
-        for condition in self.conditions:
-            if condition.scorer and condition.scorer not in self.scorers:
-                yield (
-                    f'conditions.{condition.name}.scorer: "{condition.scorer}" is not under '
-                    f"[scorers]; {nearest(condition.scorer, list(self.scorers))}"
-                    f"there: {', '.join(self.scorers) or 'none'}"
-                )
-        yield from scorer_problems(self.scorers, self.correction_round, self.phase_two.trials)
-        yield from self._key_conflicts()
-        rounds = [self.correction_round.robots] if self.correction_round else []
-        fleets = [each.robots for each in self.conditions]
-        largest = max([self.phase_two.robots, *rounds, *fleets])
-        if len(self.keys.robots) < min(largest, NUMBER_ROW):
-            yield (
-                f"keys.robots: {len(self.keys.robots)} keys given for a fleet of {largest}; "
-                "give one key a robot"
-            )
-        elif largest > len(self.keys.robots):
-            # Numbers are typed then: see study.session.number_entry.
-            named = {name: getattr(self.keys, name) for name in ("up", "down", "left", "right")}
-            digits = [name for name, key in named.items() if key.isdecimal()]
-            if digits:
-                yield (
-                    f"keys.{digits[0]}: a digit given, but a fleet of {largest} is chosen from by "
-                    "typing numbers; bind another key"
-                )
-
-    def _key_conflicts(self) -> Iterator[str]:
-        """Only where something is suggested does the key that accepts have a meaning."""
-        suggests = any(each.allocation == "suggested" for each in self.conditions)
-        bound = self.keys.model_dump(exclude={"accept"})
-        others = [*bound.pop("robots"), *bound.values()]
-        if suggests and self.keys.accept in others:
-            yield f'keys.accept: "{self.keys.accept}" is bound twice; each key does one thing'
 
     def condition(self, name: str) -> Condition:
         """Return the condition of that name; the name must exist."""
@@ -313,19 +266,74 @@ def parse_protocol(text: str, source: str) -> Protocol:
         ProtocolError: one message a problem, each with key path, what was given and what
             is allowed.
     """
-    try:
-        raw = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ProtocolError(source, [f"not TOML: {error}"]) from error
-    if "experiment" in raw and "study" not in raw:
+    examined = examine(parse_toml(text, source), source)
+    if examined.protocol is None or examined.problems:
+        raise ProtocolError(source, examined.problems)
+    return examined.protocol
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Examined:
+    """What a file says, as far as it is right.
+
+    Attributes:
+        raw: the file, as plain values.
+        protocol: all of it; None where a part is wrong.
+        parts: tables that are right by themselves, by name, those left out included.
+        problems: one message each.
+    """
+
+    raw: dict[str, Any]
+    protocol: Protocol | None
+    parts: dict[str, Any]
+    problems: list[str]
+
+
+def examine(given: dict[str, Any], source: str) -> Examined:
+    """Check what a file says by itself, and go on past what is wrong.
+
+    Args:
+        given: the file as TOML has it.
+        source: its name, for messages.
+
+    Raises:
+        ProtocolError: it is an experiment.
+    """
+    if "experiment" in given and "study" not in given:
         raise ProtocolError(source, ["an experiment, not a study: run it with study experiment"])
+    # By way of JSON pydantic can be strict ("2" and true are no numbers) and yet take
+    # arrays for tuples.
+    text = json.dumps(given, default=str)
+    raw: dict[str, Any] = json.loads(text)
+    protocol, wrong, problems = None, set[str](), list[str]()
     try:
-        # By way of JSON pydantic can be strict ("2" and true are no numbers) and yet take
-        # arrays for tuples.
-        protocol = Protocol.model_validate_json(json.dumps(raw, default=str), strict=True)
+        protocol = Protocol.model_validate_json(text, strict=True)
     except ValidationError as error:
-        problems = list(validation_problems(error, Protocol, given_file=raw))
-        raise ProtocolError(source, problems) from error
-    if problems := missing_paths(raw, protocol.assumptions):
-        raise ProtocolError(source, problems)
-    return protocol
+        problems += validation_problems(error, Protocol, given_file=given)
+        wrong = {str(item["loc"][0]) for item in error.errors() if item["loc"]}
+    if protocol is not None:
+        parts = {name: getattr(protocol, name) for name in Protocol.model_fields}
+    else:
+        parts = _right_parts(raw, wrong)
+        # Only where no table is wrong by itself has the model looked at how they go together.
+        problems += disagreements(parts) if wrong else ()
+        problems += unknown_scorers_in(raw) if "conditions" in wrong else ()
+    assumed = [path for path in parts.get("assumptions", ()) if path.split(".")[0] not in wrong]
+    problems += missing_paths(raw, assumed)
+    return Examined(raw, protocol, parts, problems)
+
+
+def _right_parts(raw: dict[str, Any], wrong: set[str]) -> dict[str, Any]:
+    """Return each table that nothing is wrong with; none left out if one may be misspelt."""
+    misspelt = not wrong <= Protocol.model_fields.keys()
+    parts = {}
+    for name, field in Protocol.model_fields.items():
+        if name in wrong:
+            continue
+        if name in raw:
+            kind: Any = field.annotation
+            text = json.dumps(raw[name])
+            parts[name] = TypeAdapter[Any](kind).validate_json(text, strict=True)
+        elif not misspelt:
+            parts[name] = field.get_default(call_default_factory=True)
+    return parts

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from study.errors import ProtocolError
+from study.toml_text import parse_toml
 from study.validation import NAME_PATTERN, validation_problems
 
 Kind = Literal["scale", "choice", "number", "text"]
@@ -154,8 +154,6 @@ def parse_questionnaire(text: str, source: str) -> Questionnaire:
         ProtocolError: one message a problem.
     """
     try:
-        return Questionnaire.model_validate(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
-        raise ProtocolError(source, [f"not TOML: {error}"]) from error
+        return Questionnaire.model_validate(parse_toml(text, source))
     except ValidationError as error:
         raise ProtocolError(source, list(validation_problems(error, Questionnaire))) from error

@@ -106,6 +106,12 @@ class DebriefPart(Part):
 
 NUMBER_ROW = 12
 """Keys in the row above the letters: larger fleets are chosen from by typing numbers."""
+KEY_NAMES = (
+    *("up", "down", "left", "right", "tab", "space", "return", "backspace", "escape", "-", "="),
+    *"0123456789",
+    *"abcdefghijklmnopqrstuvwxyz",
+)
+"""Keys that can be bound: all that the window tells apart, but F12, which stops robots."""
 DIRECTIONS = ("left", "up", "down", "right")
 """What a protocol binds keys to; all else that a task names is a key."""
 _CHECKED_LATER = ("robots", "accept")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
@@ -19,9 +19,12 @@ _EXPECTED = {
     "less_than": "less than {lt}",
     "int_type": "a whole number",
     "int_from_float": "a whole number",
+    "int_parsing": "a whole number",
     "float_type": "a number",
+    "float_parsing": "a number",
     "finite_number": "a finite number",
     "bool_type": "true or false",
+    "bool_parsing": "true or false",
     "string_type": 'text, in "quotes"',
     "string_too_short": "{min_length} characters or more",
     "string_too_long": "{max_length} characters or less",
@@ -97,10 +100,15 @@ def _meant(details: list[Any], model: type[BaseModel]) -> Iterator[tuple[int | s
             yield from ((*table, name) for name in near)
 
 
+def closest(given: str, known: Sequence[str]) -> str:
+    """Return the known word closest to ``given``; empty if none is close."""
+    return next(iter(difflib.get_close_matches(given, known, n=1)), "")
+
+
 def nearest(given: str, known: list[str]) -> str:
     """Return a question that names the known word closest to ``given``; empty if none is."""
-    near = difflib.get_close_matches(given, known, n=1)
-    return f'did you mean "{near[0]}"? ' if near else ""
+    near = closest(given, known)
+    return f'did you mean "{near}"? ' if near else ""
 
 
 def _is_inside(place: tuple[int | str, ...], outer: tuple[int | str, ...]) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import pandas as pd
 
 from analysis.formatting import counted
 from study.errors import StudyError
+from study.toml_text import parse_toml
 from study.trial_files import Results, read_results
 from study.trial_tables import COLUMNS
 
@@ -106,5 +106,5 @@ def load_experiment(folder: Path) -> Experiment:
         )
         for name, columns in COLUMNS.items()
     }
-    protocol = tomllib.loads(results.head.protocol)
+    protocol = parse_toml(results.head.protocol, f"{folder}: its protocol")
     return Experiment(results, protocol, tables)

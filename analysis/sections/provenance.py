@@ -59,7 +59,7 @@ def recording_versions(results: StudyResults) -> list[tuple[str, str]]:
     for session in results.study.sessions:
         try:
             versions = json.loads(session.opened.versions_json or "{}")
-        except json.JSONDecodeError:
+        except (ValueError, RecursionError):
             continue
         for name, version in versions.items() if isinstance(versions, dict) else ():
             found.setdefault(str(name), set()).add(str(version))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import tomllib
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
@@ -15,6 +14,7 @@ from study.commands.terminal import console
 from study.errors import StudyError
 from study.loading import LoadedProtocol, load_protocol
 from study.recording.plan_lock import PlanLock, canonical_rules, lock_path, read_lock
+from study.toml_text import parse_toml
 from study.whole_file import replace_text
 
 
@@ -60,7 +60,7 @@ def make_lock(loaded: LoadedProtocol, locked_utc: str) -> PlanLock:
         protocol_sha256=loaded.sha256,
         protocol_toml=loaded.text,
         questionnaires_sha256=hashlib.sha256(loaded.questionnaires_json().encode()).hexdigest(),
-        exclusions=canonical_rules(tomllib.loads(loaded.text)),
+        exclusions=canonical_rules(parse_toml(loaded.text, str(loaded.path))),
         planned=loaded.protocol.analysis.planned,
         analysis_files=analysis_files(),
         environment=environment(),

@@ -28,5 +28,5 @@ def count(folder: Path, study: str, what: Literal["declined", "erased"]) -> None
         replace_text(path, json.dumps(counts, indent=2, sort_keys=True) + "\n", private=True)
     except OSError as error:
         raise StudyError(f"{path}: cannot be written: {error.strerror}") from error
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise StudyError(f"{path} holds no counts", "Move the file away.") from error

@@ -158,5 +158,5 @@ class TaskDescription:
                     else MapGrid(**{key: tuple(value) for key, value in grid.items()}),
                 }
             )
-        except (KeyError, TypeError, ValueError, IndexError) as error:
+        except (KeyError, TypeError, ValueError, IndexError, RecursionError) as error:
             raise RecordingError(f"no task description: {error}") from error

@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-import tomllib
 from pathlib import Path
 from typing import Any, Literal
 
@@ -19,6 +18,7 @@ from study.errors import ProtocolError, StudyError, UnknownNameError
 from study.families import load_member
 from study.loading import find_protocol, read_text
 from study.seat_settings import Name, Part
+from study.toml_text import parse_toml
 from study.validation import missing_paths, nearest, validation_problems
 
 SeedSet = Literal["development", "held_out"]
@@ -234,8 +234,8 @@ def load_experiment(given: str) -> LoadedExperiment:
 def is_experiment(text: str) -> bool:
     """Say whether a TOML file's text is meant as an experiment, right or wrong."""
     try:
-        return "experiment" in tomllib.loads(text)
-    except tomllib.TOMLDecodeError:
+        return "experiment" in parse_toml(text, "")
+    except ProtocolError:
         return False
 
 
@@ -245,10 +245,7 @@ def parse_experiment(text: str, source: str) -> ExperimentProtocol:
     Raises:
         ProtocolError: one message a problem, with key path and what is allowed.
     """
-    try:
-        raw = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ProtocolError(source, [f"not TOML: {error}"]) from error
+    raw = parse_toml(text, source)
     if "experiment" not in raw:
         hint = "it has no [experiment]; a study with people or participants is for study run"
         raise ProtocolError(source, [f"no experiment: {hint} and study simulate"])

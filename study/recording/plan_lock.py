@@ -83,7 +83,7 @@ def parse_lock(data: bytes, source: str) -> PlanLock:
             analysis_files={str(name): str(value) for name, value in files.items()},
             environment={str(name): str(value) for name, value in environment.items()},
         )
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise StudyError(f"{source}: is no plan lock ({type(error).__name__})", hint) from error
 
 

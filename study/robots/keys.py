@@ -9,11 +9,11 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import re
-import tomllib
 from pathlib import Path
 from typing import Any
 
 from study.errors import StudyError
+from study.toml_text import decoded, parse_toml
 from study.whole_file import replace_text
 
 PUBLIC_FILE = "public_keys.toml"
@@ -129,8 +129,8 @@ def _read(path: Path) -> dict[str, str]:
     except OSError as error:
         raise StudyError(f"{path}: cannot be read: {error.strerror}", _HINT) from error
     try:
-        values = tomllib.loads(raw[:MAX_BYTES].decode())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        values = parse_toml(decoded(raw[:MAX_BYTES], str(path)), str(path))
+    except StudyError as error:
         raise StudyError(f"{path}: not a key file", _HINT) from error
     for name, key in values.items():
         if not isinstance(key, str) or not KEY_PATTERN.fullmatch(key):

@@ -21,7 +21,6 @@ from __future__ import annotations
 
 import re
 import threading
-import tomllib
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -32,6 +31,7 @@ from study.robots.client import RobotAddress, RobotClient
 from study.robots.fleet import RobotFleet
 from study.robots.keys import KEY_PATTERN, PUBLIC_FILE, read_pair
 from study.robots.poses import NatNetPoses, PoseSource, TwinPoses
+from study.toml_text import decoded, parse_toml
 from study.validation import validation_problems
 
 MAX_BYTES = 64_000
@@ -119,13 +119,11 @@ def read_robots_file(path: Path) -> RobotsFile:
             f"{path}: cannot be read: {error.strerror}",
             "It lists the robots; study robot-twin --write makes one for simulated robots.",
         ) from error
+    if len(raw) > MAX_BYTES:
+        raise StudyError(f"{path}: more than {MAX_BYTES} bytes")
+    given = parse_toml(decoded(raw, str(path)), str(path))
     try:
-        if len(raw) > MAX_BYTES:
-            raise StudyError(f"{path}: more than {MAX_BYTES} bytes")
-        given = tomllib.loads(raw.decode())
         return RobotsFile.model_validate(given)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise StudyError(f"{path}: not TOML: {error}") from error
     except ValidationError as error:
         problems = list(validation_problems(error, RobotsFile, given_file=given))
         raise ProtocolError(str(path), problems) from error

@@ -24,5 +24,5 @@ def questionnaires_of(text: str) -> dict[str, Questionnaire]:
     try:
         raw: dict[str, Any] = json.loads(text or "{}")
         return {name: Questionnaire.model_validate(item) for name, item in raw.items()}
-    except (ValueError, AttributeError) as error:
+    except (ValueError, AttributeError, RecursionError) as error:
         raise RecordingError(f"the questionnaires opened with cannot be read: {error}") from error

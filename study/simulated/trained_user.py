@@ -118,7 +118,7 @@ class TrainedUser:
         tensors, metadata = read_weights(path)
         try:
             made_of = json.loads(metadata.get("user", "{}"))
-        except ValueError:
+        except (ValueError, RecursionError):
             made_of = {}
         user = cls(tensors, made_of if isinstance(made_of, dict) else {}, str(path))
         if (task := user.made_of.get("task")) != task_name:

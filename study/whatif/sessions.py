@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import tomllib
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import Any, Protocol
@@ -17,6 +16,7 @@ from study.events.events import FitApplied, FitRequested, TrialStarted
 from study.events.fields import Record
 from study.events.inputs import FitCompleted, SessionOpened
 from study.events.task_description import TaskDescription
+from study.toml_text import parse_toml
 
 
 class Source(Protocol):
@@ -156,7 +156,7 @@ def open_choices(
         opened=opened,
         source=source,
         files=files,
-        protocol=tomllib.loads(opened.protocol_toml),
+        protocol=parse_toml(opened.protocol_toml, "the recorded protocol"),
         task=TaskDescription.from_json(opened.task_json),
         fits=fits,
         runs=tuple(_runs(source, started)),

@@ -49,12 +49,14 @@ def test_text_and_hash_are_the_file_s_bytes(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"\xff\xfe\x00", "not UTF-8"),
+        (b"\xff\xfe\x00", "UTF-16 text, not UTF-8"),
+        ("format = 1".encode("utf-16-be"), "UTF-16 text, not UTF-8"),
+        (b"format = 1\n# \xe9", "not UTF-8 text: line 2 has the byte 0xe9"),
         (b"#" * (MAX_BYTES + 1), f"at most {MAX_BYTES}"),
         (b"", "format: missing"),
         (b"\x00", "not TOML"),
     ],
-    ids=["binary", "huge", "empty", "zero"],
+    ids=["utf-16", "utf-16 unmarked", "latin", "huge", "empty", "zero"],
 )
 def test_files_that_are_no_protocol(tmp_path: Path, content: bytes, words: str) -> None:
     """Other files are refused with the reason."""
@@ -64,6 +66,27 @@ def test_files_that_are_no_protocol(tmp_path: Path, content: bytes, words: str) 
         load_protocol(str(path))
     assert words in str(caught.value)
     assert str(path) in str(caught.value)
+
+
+def test_a_byte_order_mark_is_passed_over(tmp_path: Path) -> None:
+    """Windows' editors put one before UTF-8; what is recorded and hashed has none."""
+    path = variant(tmp_path)
+    plain = load_protocol(str(path))
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    loaded = load_protocol(str(path))
+    assert (loaded.text, loaded.sha256) == (plain.text, plain.sha256)
+
+
+def test_a_wrong_questionnaire_hides_no_other_mistake(tmp_path: Path) -> None:
+    """The file of a questionnaire is one more thing that may be wrong."""
+    folder = tmp_path / "questionnaires"
+    folder.mkdir()
+    (folder / "ease_and_success.toml").write_text("[")
+    with pytest.raises(ProtocolError) as caught:
+        load_protocol(str(variant(tmp_path, ('up = "up"', 'up = "flurb"'))))
+    of_key, of_questionnaire = caught.value.problems
+    assert of_key.startswith("keys.up:")
+    assert of_questionnaire.startswith(f"{folder / 'ease_and_success.toml'}: not TOML")
 
 
 def test_questionnaire_beside_the_protocol_is_used(tmp_path: Path) -> None:

@@ -123,6 +123,42 @@ WRONG: dict[str, tuple[list[tuple[str, str]], list[list[str]]]] = {
         [('back = "backspace"', 'back = "return"')],
         [["keys:", "bound twice: return"]],
     ),
+    "key that no keyboard has": (
+        [('up = "up"', 'up = "flurb"')],
+        [["keys.up:", '"flurb" given', "allowed: up, down,", "a to z, 0 to 9"]],
+    ),
+    "keys of other names": (
+        [('confirm = "return"', 'confirm = "Enter"'), ('robots = ["1"', 'robots = ["one"')],
+        [["keys.confirm:", 'did you mean "return"?'], ["keys.robots.1:", '"one" given']],
+    ),
+    "key that stops robots": (
+        [('pause = "escape"', 'pause = "f12"')],
+        [["keys.pause:", '"f12" given', "F12 stops real robots"]],
+    ),
+    "mistakes of every kind at once": (
+        [
+            ("horizon = 20", 'horizon = "x"'),
+            ('scorer = "luce"', 'scorer = "lucy"'),
+            ('up = "up"', 'up = "flurb"'),
+            ('name = "ease_and_success"', 'name = "ease"'),
+            ("episodes = 2", "episode = 2"),
+        ],
+        [
+            ["phase_one.episode:", "unknown key"],
+            ["conditions.assisted.scorer:", '"lucy"', 'did you mean "luce"?'],
+            ["keys.up:", '"flurb" given'],
+            ["task.parameters.horizon:", '"x" given', "allowed: a whole number"],
+            ["questionnaires.1.name:", '"ease"'],
+        ],
+    ),
+    "two mistakes in one condition": (
+        [("dwell = 15", 'dwell = "x"'), ('scorer = "luce"', 'scorer = "lucy"')],
+        [["conditions.assisted.dwell:"], ["conditions.assisted.scorer:", '"lucy"']],
+    ),
+    "misspelt table and a scorer of none": (
+        [("[timing]", "[timming]"), ('scorer = "luce"', 'scorer = "lucy"')],
+        [["timming:", "unknown key"], ["conditions.assisted.scorer:", '"lucy"']],
+    ),
     "robot key bound twice": (
         [('next_robot = "tab"', 'next_robot = "3"')],
         [["keys:", "bound twice: 3"]],

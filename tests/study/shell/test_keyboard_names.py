@@ -5,7 +5,8 @@ from __future__ import annotations
 import pygame
 import pytest
 
-from study.seat_settings import KeyPart
+from study.seat_settings import KEY_NAMES, KeyPart
+from study.shell.fleet import EMERGENCY_KEY
 from study.shell.keyboard import key_name
 
 
@@ -50,6 +51,14 @@ def test_events_without_a_place_are_named_by_code() -> None:
     codes = [pygame.K_0, pygame.K_9, pygame.K_MINUS, pygame.K_EQUALS, pygame.K_KP_0, pygame.K_KP_9]
     assert [key_name(code, 0) for code in codes] == ["0", "9", "-", "=", "0", "9"]
     assert key_name(pygame.K_F1, 0) == ""
+
+
+def test_what_can_be_bound_is_what_the_window_tells_of() -> None:
+    """Protocols are checked without pygame: by names that are those of its keys."""
+    codes = [code for name, code in vars(pygame).items() if name.startswith("K_")]
+    places = [code for name, code in vars(pygame).items() if name.startswith("KSCAN_")]
+    told = {key_name(code, 0) for code in codes} | {key_name(0, place) for place in places}
+    assert told - {"", EMERGENCY_KEY} == set(KEY_NAMES)
 
 
 def test_every_default_binding_can_be_pressed() -> None:
