@@ -19,6 +19,7 @@ from rich.table import Table
 from study.commands.terminal import console, errors
 from study.errors import StudyError
 from study.loading import LoadedProtocol, load_protocol
+from study.remarks import remarks
 from study.shell.pygame_check import require_pygame_ce
 
 if TYPE_CHECKING:
@@ -135,6 +136,10 @@ def _checks(
 
     protocol = loaded.protocol
     clocks = machine.Clocks()
+    if said := remarks(protocol, loaded.description.horizon):
+        yield Check(name="protocol", state="amber", found="; ".join(said),
+                    wanted="settings that something can come of",
+                    advice="Look at the protocol with `study validate`.")  # fmt: skip
     rehearsal = rehearse(loaded, assignment)
     yield from rehearsal.checks
     yield machine.disk_space(folder, rehearsal.bytes)
