@@ -15,6 +15,7 @@ from study.protocol import Protocol, examine
 from study.protocol_checks import check_members
 from study.questionnaire import Questionnaire, parse_questionnaire
 from study.toml_text import decoded, parse_toml
+from study.validation import closest
 
 MAX_BYTES = 1_000_000
 
@@ -65,10 +66,13 @@ def find_protocol(given: str) -> Path:
     name = path.name if path.suffix == ".toml" else f"{path.name}.toml"
     if (path.parent == Path() or path.parent.name == "protocols") and (shipped / name).is_file():
         return shipped / name
-    known = ", ".join(sorted(file.stem for file in shipped.glob("*.toml")))
-    raise StudyError(
-        f"no protocol file {given}", f"Give the path of a TOML file, or one of: {known}."
-    )
+    known = sorted(file.stem for file in shipped.glob("*.toml"))
+    hint = f"Give the path of a TOML file, or one of: {', '.join(known)}."
+    if path.is_dir() and given:
+        raise StudyError(f"{given} is a folder; a protocol is a file", hint)
+    near = closest(path.stem, known)
+    guess = f'Did you mean "{near}"? ' if near else ""
+    raise StudyError(f"no protocol file {given}", f"{guess}{hint}")
 
 
 def load_protocol(given: str) -> LoadedProtocol:

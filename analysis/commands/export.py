@@ -11,12 +11,15 @@ from rich.console import Console
 from analysis.commands.options import Long
 from analysis.commands.writing import open_recordings
 from analysis.tables.study_tables import StudyTables
+from study.output_option import folder_wanted
 from study.pool_option import PoolProtocols
 
 
 def export(
     recordings: Annotated[list[Path], typer.Argument(help="Recordings, or folders of them.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the export.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", callback=folder_wanted, help="Folder for the export.")
+    ],
     *,
     long: Long = False,
     parquet: Annotated[

@@ -13,6 +13,7 @@ from analysis.data_label import data_label
 from analysis.files import make_folder, write_text
 from analysis.tables.study_tables import StudyTables
 from study.errors import StudyError
+from study.output_option import folder_wanted
 from study.pool_option import PoolProtocols
 from study.trial_files import is_results
 
@@ -21,7 +22,9 @@ def report(
     recordings: Annotated[
         list[Path], typer.Argument(help="Recordings or folders of them, or results.")
     ],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the report.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", callback=folder_wanted, help="Folder for the report.")
+    ],
     whatif: Annotated[
         Path | None,
         typer.Option(help="Folder that `study whatif` wrote about these recordings."),

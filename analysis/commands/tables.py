@@ -12,12 +12,15 @@ from analysis.commands.options import Long
 from analysis.commands.writing import open_recordings, write_tables
 from analysis.data_label import data_label
 from analysis.tables.study_tables import StudyTables
+from study.output_option import folder_wanted
 from study.pool_option import PoolProtocols
 
 
 def tables(
     recordings: Annotated[list[Path], typer.Argument(help="Recordings, or folders of them.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the tables.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", callback=folder_wanted, help="Folder for the tables.")
+    ],
     *,
     long: Long = False,
     pool_protocols: PoolProtocols = False,

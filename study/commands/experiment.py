@@ -10,6 +10,7 @@ from rich.markup import escape
 
 from study.commands.progress import followed
 from study.commands.terminal import console
+from study.output_option import folder_wanted
 from study.workers import checked_jobs
 
 
@@ -20,6 +21,7 @@ def experiment(
         typer.Option(
             "--output",
             "-o",
+            callback=folder_wanted,
             help="Folder of the results; default: results/NAME, or results/NAME-development.",
         ),
     ] = None,

@@ -10,14 +10,15 @@ import typer
 from study.commands.terminal import console
 from study.loading import load_protocol
 from study.messages import SOURCE, messages_for
+from study.output_option import folder_wanted
 from study.shell.pygame_check import require_pygame_ce
 
 
 def gallery(
     protocol: Annotated[str, typer.Argument(help="Protocol file, or name of a shipped one.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder of the pictures.")] = Path(
-        "gallery"
-    ),
+    output: Annotated[
+        Path, typer.Option("--output", "-o", callback=folder_wanted, help="Folder of the pictures.")
+    ] = Path("gallery"),
     size: Annotated[
         list[str] | None, typer.Option(help="Size of the pictures, 1280x960 if none; repeatable.")
     ] = None,

@@ -14,6 +14,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from study.commands.enrolling import BY_HAND
+from study.commands.kept_folder import check_kept
 from study.commands.terminal import console, errors
 from study.enrolment import editing
 from study.enrolment.files import files_of
@@ -23,7 +24,8 @@ from study.enrolment.pseudonyms import PARTICIPANT
 from study.enrolment.register import Register
 from study.enrolment.withdrawing import withdraw
 from study.errors import StudyError
-from study.loading import load_protocol
+from study.loading import find_protocol, load_protocol
+from study.output_option import folder_wanted
 
 ACTIONS = (
     "exclude",
@@ -48,7 +50,13 @@ def participants(
         ),
     ] = None,
     output: Annotated[
-        Path, typer.Option("--output", "-o", help="Folder of the recordings, for a protocol.")
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            callback=folder_wanted,
+            help="Folder of the recordings, for a protocol.",
+        ),
     ] = Path("recordings"),
     reason: Annotated[str, typer.Option(help="Why excluded or dropped; the text of a note.")] = "",
     yes: Annotated[  # noqa: FBT002
@@ -63,8 +71,7 @@ def participants(
     """
     action, pseudonym, where = _parsed(words or [])
     study, folder = _place(where, output)
-    if not folder.is_dir():
-        raise StudyError(f"no folder {folder}", "Give the folder of the recordings.")
+    check_kept(folder)
     with Register(folder) as register:
         added = bring_in_step(register)
         if added:
@@ -103,6 +110,13 @@ def _place(where: str, output: Path) -> tuple[str, Path]:
         return "", output
     if Path(where).is_dir():
         return "", Path(where)
+    try:
+        find_protocol(where)
+    except StudyError as error:
+        raise StudyError(
+            f'no folder "{where}", and no protocol of that name',
+            "Give the folder of the recordings.",
+        ) from error
     return load_protocol(where).protocol.study.name, output
 
 

@@ -12,6 +12,7 @@ from study.commands.simulate import Stated
 from study.commands.terminal import console, errors
 from study.errors import StudyError
 from study.loading import load_protocol
+from study.output_option import folder_wanted
 from study.pool_option import PoolProtocols
 from study.simulated.parameters import Driver
 from study.workers import checked_jobs
@@ -161,7 +162,10 @@ def plan(
     output: Annotated[
         Path | None,
         typer.Option(
-            "--output", "-o", help="Folder of report and tables; default: reports/NAME_plan."
+            "--output",
+            "-o",
+            callback=folder_wanted,
+            help="Folder of report and tables; default: reports/NAME_plan.",
         ),
     ] = None,
     *,

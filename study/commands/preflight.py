@@ -19,6 +19,7 @@ from rich.table import Table
 from study.commands.terminal import console, errors
 from study.errors import StudyError
 from study.loading import LoadedProtocol, load_protocol
+from study.output_option import folder_wanted
 from study.remarks import remarks
 from study.shell.pygame_check import require_pygame_ce
 
@@ -44,7 +45,8 @@ def preflight(
         bool, typer.Option("--pilot", help="A new participant would be a pilot.")
     ] = False,
     output: Annotated[
-        Path, typer.Option("--output", "-o", help="Folder of the recordings.")
+        Path,
+        typer.Option("--output", "-o", callback=folder_wanted, help="Folder of the recordings."),
     ] = Path("recordings"),
     size: Annotated[str, typer.Option(help="Window size, such as 1280x960.")] = "",
     fullscreen: Annotated[bool, typer.Option("--fullscreen", help="Fill the screen.")] = False,  # noqa: FBT002

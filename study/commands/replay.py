@@ -113,7 +113,7 @@ def _verify(files: list[Path], *, resimulate: bool) -> None:
             raise StudyError(f"no recordings in {given}", "Give recordings (*.mcap), or a folder.")
         for file in found:
             if not file.is_file():
-                raise StudyError(f"no recording {file}", "Give the path of an .mcap file.")
+                raise StudyError(f"no recording or folder {file}", "Give recordings (*.mcap).")
             sessions.setdefault(tuple(part_files(file)), file)
     whole = True
     for file in sessions.values():

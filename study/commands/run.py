@@ -12,6 +12,7 @@ import typer
 from rich.markup import escape
 
 from study.commands.composing import lock_warning
+from study.commands.kept_folder import check_kept
 from study.commands.preflight import preflight_before
 from study.commands.recorded_scorers import parse_overrides
 from study.commands.terminal import console, errors, shown_path
@@ -19,6 +20,7 @@ from study.enrolment.pseudonyms import check_participant
 from study.errors import StudyError
 from study.foxglove.live_tap import DEFAULT_PORT, LOOPBACK, LiveTap, require_live
 from study.loading import load_protocol
+from study.output_option import folder_wanted
 from study.shell.pygame_check import require_pygame_ce
 
 
@@ -29,7 +31,8 @@ def run(
         typer.Option("--participant", "-p", help="Pseudonymous id; default: one is drawn."),
     ] = None,
     output: Annotated[
-        Path, typer.Option("--output", "-o", help="Folder of the recordings.")
+        Path,
+        typer.Option("--output", "-o", callback=folder_wanted, help="Folder of the recordings."),
     ] = Path("recordings"),
     order: Annotated[
         str, typer.Option(help="Conditions in order, by commas; default: that of the slot.")
@@ -101,6 +104,7 @@ def run(
                 "--resume keeps the session's order, seed and slot, and begins no other session",
                 "Leave out --again, --order, --seed and --pilot.",
             )
+        check_kept(output)
         whose = participant or check_participant(enrolling.who_broke_off(loaded, output))
         boundary = find_boundary(loaded, whose, output)
         enrolled = enrolling.Enrolled(loaded, whose, output)

@@ -13,6 +13,7 @@ from study.commands.composing import lock_warning
 from study.commands.progress import followed
 from study.commands.terminal import console, errors
 from study.loading import load_protocol
+from study.output_option import folder_wanted
 from study.simulated.parameters import Driver, stated_parameters
 from study.workers import checked_jobs
 
@@ -33,7 +34,8 @@ def simulate(
     ] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of the study.")] = None,
     output: Annotated[
-        Path, typer.Option("--output", "-o", help="Folder of the recordings.")
+        Path,
+        typer.Option("--output", "-o", callback=folder_wanted, help="Folder of the recordings."),
     ] = Path("recordings/simulated"),
     jobs: Annotated[int, typer.Option(min=-1, help="Processes at once; -1: all cores.")] = -1,
     driver: Annotated[

@@ -10,6 +10,7 @@ from rich.markup import escape
 
 from study.commands.terminal import console, errors
 from study.errors import StudyError
+from study.output_option import folder_wanted
 from study.pool_option import PoolProtocols
 
 if TYPE_CHECKING:
@@ -19,7 +20,9 @@ if TYPE_CHECKING:
 
 def whatif(
     recordings: Annotated[list[Path], typer.Argument(help="Recordings, or folders of them.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Folder of the tables.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", callback=folder_wanted, help="Folder of the tables.")
+    ],
     scorer: Annotated[
         list[str] | None,
         typer.Option(

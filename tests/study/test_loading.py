@@ -37,6 +37,15 @@ def test_missing_file_lists_the_shipped_ones(given: str) -> None:
     assert "pilot, scaled_autonomy, simulation, smoke" in str(caught.value)
 
 
+def test_a_mistyped_name_is_guessed(tmp_path: Path) -> None:
+    """The nearest shipped one is asked for; a folder is said to be one."""
+    with pytest.raises(StudyError) as caught:
+        find_protocol("smokee")
+    assert 'Did you mean "smoke"?' in str(caught.value)
+    with pytest.raises(StudyError, match="is a folder; a protocol is a file"):
+        find_protocol(str(tmp_path))
+
+
 def test_text_and_hash_are_the_file_s_bytes(tmp_path: Path) -> None:
     """What is recorded is the file as it is, Windows line ends included."""
     path = variant(tmp_path)

@@ -85,9 +85,37 @@ def test_what_is_refused(folder: Path, words: list[str], message: str) -> None:
         assert {each.state for each in register.participants()} == {"complete"}
 
 
-def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
-    """None is made by looking."""
-    done = participants("-o", tmp_path / "none")
+@pytest.mark.parametrize(
+    "words",
+    [["-o", "none"], ["none"], ["history", "P01", "none"], ["smoke", "-o", "none"]],
+    ids=" ".join,
+)
+def test_a_folder_that_is_not_there(tmp_path: Path, words: list[str]) -> None:
+    """It is called a missing folder, and none is made by looking."""
+    done = study("participants", *words, folder=tmp_path)
     assert done.returncode == 2
     assert "no folder" in done.stderr
-    assert not (tmp_path / "none").exists()
+    assert "none" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["participants", "."],
+        ["participants", "history", "P01", "."],
+        ["run", "smoke", "--resume", "-o", "."],
+        ["run", "smoke", "--resume", "-p", "P01", "-o", "."],
+        ["run", "smoke", "--resume", "-o", "none"],
+    ],
+    ids=" ".join,
+)
+def test_a_folder_of_nothing_gets_no_register(tmp_path: Path, words: list[str]) -> None:
+    """A folder of something else stays as it was, and is said to be none of a study."""
+    (tmp_path / "holiday.txt").write_text("")
+    done = study(*words, folder=tmp_path)
+    assert done.returncode == 2
+    there = words[-1] == "."
+    assert ("holds neither a register of participants nor" in done.stderr) == there
+    assert ("no folder none: it is not there" in done.stderr) == (not there)
+    assert [path.name for path in tmp_path.iterdir()] == ["holiday.txt"]

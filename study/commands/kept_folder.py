@@ -1,0 +1,26 @@
+"""The folder of a study's recordings, for commands that begin nothing in it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from study.errors import StudyError
+from study.recording.enrolled import FILE_NAME, TOMBSTONES
+from study.recording.parts import recordings_in
+
+
+def check_kept(folder: Path) -> None:
+    """Refuse a folder that holds nothing of a study: looking into it would make a register there.
+
+    Raises:
+        StudyError: it is not there, is a file, or has neither register nor recordings.
+    """
+    if not folder.is_dir():
+        what = "is a file" if folder.exists() else "is not there"
+        raise StudyError(f"no folder {folder}: it {what}", "Give the folder of the recordings.")
+    kept = any((folder / name).exists() for name in (FILE_NAME, TOMBSTONES))
+    if not kept and not recordings_in(folder):
+        raise StudyError(
+            f"{folder} holds neither a register of participants nor recordings",
+            "Give the folder of the recordings; `study run` makes it.",
+        )
