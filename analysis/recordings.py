@@ -19,7 +19,7 @@ from study.events.events import SessionEnded, TrialEnded, TrialStarted
 from study.events.inputs import SessionOpened
 from study.events.task_description import TaskDescription
 from study.recording.file_lock import is_held
-from study.recording.parts import join_parts, part_files
+from study.recording.parts import SessionRecording, join_parts, part_files
 from study.recording.reader import Recording, read_recording
 from study.toml_text import parse_toml
 
@@ -162,7 +162,11 @@ def load_recordings(paths: Sequence[Path], *, pool: bool = False) -> StudyRecord
     def leave_out(path: Path, error: RecordingError) -> None:
         # Outputs must not depend on where the files lie.
         reason = error.message.replace(str(path.resolve()), path.name)
-        set_aside.append(SetAside(path.name, "", reason.replace(str(path), path.name)))
+        reason = reason.replace(str(path), path.name).removeprefix(f"{path.name}: ")
+        # The file is named beside the reason already.
+        if reason.startswith(f"{path.name} "):
+            reason = f"it{reason.removeprefix(path.name)}"
+        set_aside.append(SetAside(path.name, "", reason))
 
     for path in find_files(paths):
         if is_held(path):
@@ -205,7 +209,9 @@ def open_session(file: str, recording: RecordingSource) -> Session:
         (r for _, r in recording.records(SessionOpened.topic) if isinstance(r, SessionOpened)), None
     )
     if opened is None:
-        raise RecordingError(f"{file}: holds no opened session", "Leave this file out.")
+        first = recording.without_first if isinstance(recording, SessionRecording) else ""
+        why = first or f"{file}: holds no opened session"
+        raise RecordingError(why, "Leave this file out.")
     try:
         protocol = parse_toml(opened.protocol_toml, "its protocol")
     except ProtocolError as error:

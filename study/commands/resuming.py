@@ -175,10 +175,9 @@ def opened_session(recording: SessionRecording) -> SessionOpened:
     for _, opened in recording.records(SessionOpened.topic):
         if isinstance(opened, SessionOpened):
             return opened
-    missing = part_number(recording.parts[0]) > 1
     raise RecordingError(
-        f"{recording.path.name} holds no opened session",
-        "Put all parts of the session into one folder." if missing else "",
+        recording.without_first or f"{recording.path.name} holds no opened session",
+        "Put all parts into one folder." if recording.without_first else "",
     )
 
 

@@ -130,7 +130,12 @@ def search_contents(stream: BinaryIO, size: int, path: Path) -> Contents:
     except ExceedsError as error:
         raise RecordingError(f"{path} is refused: {error}") from error
     if not findings.ours:
+        if not path.stat().st_size:
+            raise RecordingError(
+                f"{path} is empty: it has 0 bytes", "Nothing was recorded in it: leave it out."
+            )
         why = [*findings.problems, *where, "It was written by another program."][0]
+        why = why.removeprefix(f"{path.name}: ")
         raise RecordingError(
             f"{path} is no recording of this program: {why}",
             "Give the path of a recording (*.mcap), or of its unfinished .mcap.part.",

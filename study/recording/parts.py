@@ -70,6 +70,14 @@ class SessionRecording:
         return self.parts[0].session_id
 
     @property
+    def without_first(self) -> str:
+        """Which first part is not among the files, in words; empty if it is."""
+        if part_number(self.parts[0]) == 1:
+            return ""
+        first = f"{base_name(self.path)}.mcap"
+        return f"{self.path.name} is a later part, and part 1 is not beside it: {first}"
+
+    @property
     def metadata(self) -> dict[str, str]:
         """What the writer of the first part said of it."""
         return self.parts[0].metadata
@@ -200,11 +208,8 @@ def read_whole_session(path: Path) -> SessionRecording:
         RecordingError: as there; or the first part is not beside the one given.
     """
     recording = read_session(path)
-    if part_number(recording.parts[0]) > 1:
-        raise RecordingError(
-            f"{path.name} is a later part, and part 1 is not beside it",
-            "Put all parts of the session into one folder.",
-        )
+    if recording.without_first:
+        raise RecordingError(recording.without_first, "Put all parts into one folder.")
     return recording
 
 

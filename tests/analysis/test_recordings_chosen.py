@@ -27,8 +27,18 @@ def small(participant: str, index: int, **changes: object) -> Plan:
 def test_unusable_files_are_set_aside_with_the_reason(study: StudyRecordings) -> None:
     """A file that is no recording is named, not passed over and not fatal."""
     assert [item.file for item in study.set_aside] == ["notes.mcap"]
-    assert "notes.mcap" in study.set_aside[0].reason
-    assert "/" not in study.set_aside[0].reason
+    # The file is named once, beside the reason.
+    assert study.set_aside[0].reason == (
+        "it is no recording of this program: it does not begin as an MCAP file."
+    )
+
+
+def test_an_empty_file_is_called_empty(tmp_path: Path) -> None:
+    """As a copy that ran out of disk leaves it; not a file of another program."""
+    (tmp_path / "empty.mcap").write_bytes(b"")
+    with pytest.raises(StudyError) as caught:
+        load_recordings([tmp_path])
+    assert caught.value.message.splitlines()[1:] == ["  empty.mcap: it is empty: it has 0 bytes"]
 
 
 def test_torn_session_is_kept_as_far_as_it_goes(study: StudyRecordings) -> None:

@@ -344,6 +344,12 @@ def test_later_part_alone_is_refused(tmp_path: Path, records: list[RawRecord]) -
     shutil.copy(path, alone)
     with pytest.raises(RecordingError, match="part 1 is not beside it"):
         verify(alone / path.name)
+    with pytest.raises(StudyError) as caught:
+        load_recordings([alone])
+    first = f"{path.name.removesuffix('_part2.mcap')}.mcap"
+    assert caught.value.message.splitlines()[1:] == [
+        f"  {path.name}: it is a later part, and part 1 is not beside it: {first}"
+    ]
     assert not read_session(alone / path.name).complete
     assert last_session(study_loaded(), "P01", alone) is None
 

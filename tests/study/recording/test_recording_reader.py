@@ -230,7 +230,7 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
         (other_file(tmp_path / "new.mcap", PROFILE, "2"), "format version 2"),
         (other_file(tmp_path / "odd.mcap", PROFILE, "x"), "unknown format version"),
         (text, "does not begin as an MCAP file"),
-        (empty, "does not begin as an MCAP file"),
+        (empty, r"empty.mcap is empty: it has 0 bytes"),
         (tmp_path / "missing.mcap", "cannot be read"),
         (tmp_path, "cannot be read"),
     ]:
