@@ -5,16 +5,15 @@ from __future__ import annotations
 import dataclasses
 import json
 import sys
-from collections import Counter
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.markup import escape
-from rich.table import Table
 
 from study.commands.enrolling import BY_HAND
 from study.commands.kept_folder import check_kept
+from study.commands.participants_table import participants_table
 from study.commands.terminal import console, errors
 from study.enrolment import editing
 from study.enrolment.files import files_of
@@ -193,33 +192,7 @@ def _show(found: list[Participant], *, as_json: bool) -> None:
     if not found:
         console.print("No participants yet.")
         return
-    table = Table("slot", "participant", "state", "order", "sessions", "since", "remarks")
-    for each in found:
-        slot = str(each.slot) if each.state in HOLDING else "-"
-        remarks = "; ".join(filter(None, (each.reason, each.note)))
-        table.add_row(
-            f"pilot {slot}" if each.pilot else slot,
-            each.pseudonym,
-            each.shown_state,
-            ", ".join(each.order),
-            str(each.visits),
-            each.changed_utc.replace("T", " ")[:16],
-            escape(remarks),
-        )
-    names = {each.study for each in found}
-    for name in sorted(names):
-        table.title = escape(" and ".join(sorted(names)))
-        holding = [
-            each
-            for each in found
-            if each.study == name and each.state in HOLDING and not each.pilot
-        ]
-        balance = Counter(", ".join(each.order) for each in holding)
-        counts = "; ".join(f"{number} x {order}" for order, number in sorted(balance.items()))
-        table.caption = (
-            f"{table.caption or ''}{escape(name)}: {counts or 'no slot taken'}\n".lstrip()
-        )
-    console.print(table)
+    console.print(participants_table(found, console.width))
 
 
 def _show_history(register: Register, known: Participant, *, as_json: bool) -> None:

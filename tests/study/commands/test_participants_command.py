@@ -45,6 +45,24 @@ def test_a_folder_and_a_protocol(folder: Path) -> None:
     ]
 
 
+@pytest.mark.parametrize("width", [70, 80, 140])
+def test_pseudonyms_are_whole_at_every_width(tmp_path: Path, width: int) -> None:
+    """The longest there can be, in the narrowest terminal; other columns wrap or are left out."""
+    longest = "P-2026-" + "0123456789" * 2 + "-abcd"
+    with Register(tmp_path) as register:
+        for name in (longest, "P03"):
+            register.reserve("pilot", ORDERS, pseudonym=name)
+            register.start("pilot", name)
+            register.finish("pilot", name, "complete")
+    shown = study("participants", tmp_path, environment={"COLUMNS": str(width)}).stdout
+    assert len(longest) == 32
+    assert f" {longest} " in shown
+    assert "complete" in shown
+    assert "\N{HORIZONTAL ELLIPSIS}" not in shown
+    assert ("since" in shown) == (width == 140)
+    assert max(len(line) for line in shown.splitlines()) <= width
+
+
 def test_marks_and_history(folder: Path) -> None:
     """Each edit says what it led to, and the history has it with its reason."""
     assert "excluded" in participants("exclude", "pilot1", folder, "--reason", "fell  ill").stdout

@@ -1,0 +1,70 @@
+"""The table of participants, as wide as the terminal; pseudonyms are whole in it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+from rich.markup import escape
+from rich.table import Table
+
+from study.enrolment.participants import HOLDING, Participant
+
+_DROPPED = ("since", "sessions")
+"""Columns that a narrow terminal goes without, the first first; --json has them all."""
+_FRAME = 3
+"""What a column takes beside its cells; the frame's end is one more."""
+
+
+def participants_table(found: Sequence[Participant], width: int) -> Table:
+    """Return a table of participants, with how often each order is used below it.
+
+    Args:
+        found: those to show; at least one.
+        width: of the terminal, in characters.
+    """
+    columns = {
+        "slot": [_slot(each) for each in found],
+        "participant": [each.pseudonym for each in found],
+        "state": [each.shown_state for each in found],
+        "order": [", ".join(each.order) for each in found],
+        "sessions": [str(each.visits) for each in found],
+        "since": [each.changed_utc.replace("T", " ")[:16] for each in found],
+        "remarks": ["; ".join(filter(None, (each.reason, each.note))) for each in found],
+    }
+    if not any(columns["remarks"]):
+        del columns["remarks"]
+    least = {name: _least(name, cells) for name, cells in columns.items()}
+    for name in _DROPPED:
+        if sum(least.values()) + _FRAME * len(least) + 1 > width:
+            del least[name]
+    studies = sorted({each.study for each in found})
+    table = Table(
+        title=escape(" and ".join(studies)),
+        caption="\n".join(_balance(study, found) for study in studies),
+    )
+    for name, needed in least.items():
+        whole = name == "participant"
+        table.add_column(name, min_width=needed if whole else None, no_wrap=whole, overflow="fold")
+    for row in zip(*(columns[name] for name in least), strict=True):
+        table.add_row(*map(escape, row))
+    return table
+
+
+def _slot(each: Participant) -> str:
+    slot = str(each.slot) if each.state in HOLDING else "-"
+    return f"pilot {slot}" if each.pilot else slot
+
+
+def _least(name: str, cells: Sequence[str]) -> int:
+    """Return the width that a column needs so that no word of it is broken."""
+    return max(len(word) for cell in (name, *cells) for word in cell.split() or [""])
+
+
+def _balance(study: str, found: Sequence[Participant]) -> str:
+    holding = [
+        each for each in found if each.study == study and each.state in HOLDING and not each.pilot
+    ]
+    balance = Counter(", ".join(each.order) for each in holding)
+    counts = "; ".join(f"{number} x {order}" for order, number in sorted(balance.items()))
+    return f"{escape(study)}: {counts or 'no slot taken'}"
