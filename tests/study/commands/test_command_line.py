@@ -159,7 +159,7 @@ def test_replay_refuses_what_is_no_whole_recording(
         (["run", "smoke", "-p", "../P01"], "participant id"),
         (["run", "smoke", "-p", "P01", "--seed", "99999999999999999999"], "--seed"),
         (["run", "smoke", "-p", "P01", "--order", "manual"], "manual"),
-        (["run", "smoke", "--resume"], "broke off"),
+        (["run", "smoke", "--resume"], "no folder recordings"),
         (["validate"], "protocol"),
         (["fly"], "fly"),
     ],

@@ -117,6 +117,13 @@ def test_a_folder_that_is_not_there(tmp_path: Path, words: list[str]) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_nobody_s_session_broke_off(folder: Path) -> None:
+    """Where there is a register, resuming says who could be meant: nobody."""
+    done = study("run", "pilot", "--resume", "-o", folder)
+    assert done.returncode == 2
+    assert "takes the one session that broke off; there: none" in done.stderr
+
+
 @pytest.mark.parametrize(
     "words",
     [
