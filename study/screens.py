@@ -315,6 +315,19 @@ class EndScreen:
     text: str
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class KeyTrialScreen:
+    """A preflight asks for keys that are held down together.
+
+    Attributes:
+        keys: their names, and whether each has arrived.
+        seconds: how long it waits.
+    """
+
+    keys: tuple[tuple[str, bool], ...]
+    seconds: float
+
+
 Screen = (
     FleetScreen
     | CountdownScreen
@@ -325,5 +338,6 @@ Screen = (
     | ConsentScreen
     | WaitScreen
     | PauseScreen
+    | KeyTrialScreen
     | EndScreen
 )

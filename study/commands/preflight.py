@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from study.shell.preflight.check import Check, Preflight
 
 COLOURS = {"green": "green", "amber": "yellow", "red": "bold red"}
-MARKS = {"green": "ok", "amber": "note", "red": "STOP"}
 
 
 def preflight(
@@ -219,12 +218,12 @@ def preflight_before(
 
 
 def _table(found: Preflight) -> Table:
-    title = f"Preflight, {found.seconds:.0f} s: {MARKS[found.state]}"
+    title = f"Preflight, {found.seconds:.0f} s: {found.state}"
     table = Table("", "Check", "Found", "What to do", title=title, title_justify="left")
     for check in found.checks:
         advice = f"{check.advice} Wanted: {check.wanted}." if check.advice else ""
         table.add_row(
-            f"[{COLOURS[check.state]}]{MARKS[check.state]}[/]", check.name,
+            f"[{COLOURS[check.state]}]{check.state}[/]", check.name,
             escape(check.found), escape(advice),
         )  # fmt: skip
     return table

@@ -30,6 +30,7 @@ class AskText(ModalScreen[str]):
     #box.alarming { border: heavy $error; }
     #hint { color: $text-muted; margin-bottom: 1; }
     #keys { color: $text-muted; margin-top: 1; }
+    #box.empty #keys { color: $text-warning; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "call_off", "Call off")]
 
@@ -37,8 +38,8 @@ class AskText(ModalScreen[str]):
         super().__init__()
         self._title = title
         self._hint = hint
-        self._action = action
         self._alarming = alarming
+        self._keys = f"Enter: {action}   Escape: call it off"
 
     def compose(self) -> ComposeResult:
         """Lay it out."""
@@ -46,7 +47,7 @@ class AskText(ModalScreen[str]):
             yield Static(self._title, markup=False)
             yield Static(self._hint, id="hint", markup=False)
             yield Input(max_length=LONGEST_TEXT, id="text")
-            yield Static(f"Enter: {self._action}   Escape: call it off", id="keys", markup=False)
+            yield Static(self._keys, id="keys", markup=False)
 
     def on_mount(self) -> None:
         """Begin to type at once."""
@@ -56,6 +57,9 @@ class AskText(ModalScreen[str]):
         """Take the line; an empty one is asked for again."""
         if event.value.strip():
             self.dismiss(event.value)
+            return
+        self.query_one("#box").add_class("empty")
+        self.query_one("#keys", Static).update(f"Write some words first.   {self._keys}")
 
     def action_call_off(self) -> None:
         """Leave all as it is."""

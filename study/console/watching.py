@@ -12,6 +12,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Grid, VerticalScroll
 from textual.screen import Screen
+from textual.timer import Timer
 from textual.widgets import Footer, Static
 
 from study.console import words
@@ -28,6 +29,8 @@ from study.console.wire import (
 from study.errors import StudyError
 
 REFRESH_S = 0.2
+SAID_S = 6.0
+"""How long an answer is shown."""
 PANELS = {
     "now": "Now",
     "recording": "Recording",
@@ -59,6 +62,8 @@ class WatchScreen(Screen[None]):
     CSS = """
     #headline { height: auto; min-height: 2; padding: 0 1; }
     #panels { grid-size: 2; grid-rows: 8 8 1fr; grid-gutter: 0 1; }
+    #said { height: 1; padding: 0 1; color: $text-success; }
+    #said.refused { color: $text-warning; }
     .panel { border: round $primary; border-title-color: $text; padding: 0 1; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -74,6 +79,7 @@ class WatchScreen(Screen[None]):
         self._path = path
         self._writer: asyncio.StreamWriter | None = None
         self._heard = time.monotonic()
+        self._silencer: Timer | None = None
         self.over = False
         self.status: Status | None = None
         self.farewell = ""
@@ -87,6 +93,8 @@ class WatchScreen(Screen[None]):
                 panel.border_title = title
                 panel.can_focus = False
                 yield panel
+        # Not over a panel, as notifications are: what is noted must be seen.
+        yield Static("", id="said", markup=False)
         yield Footer(show_command_palette=False)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
@@ -98,7 +106,8 @@ class WatchScreen(Screen[None]):
             if action == "pause":
                 return self.status.state != "held"
             if action == "resume":
-                return self.status.state in ("paused", "held")
+                # The participant's own pause is theirs to end.
+                return self.status.state == "held"
         return super().check_action(action, parameters)
 
     def on_mount(self) -> None:
@@ -142,9 +151,9 @@ class WatchScreen(Screen[None]):
                 self.refresh_bindings()
         elif isinstance(said, Answer):
             if said.refused:
-                self.notify(said.refused, title="Not done", severity="warning", markup=False)
+                self._tell(f"Not done: {said.refused}", refused=True)
             else:
-                self.notify(_DONE.get(said.command, "Done."), markup=False)
+                self._tell(_DONE.get(said.command, "Done."))
         else:
             how = "complete" if said.complete else f"ended early: {said.reason}"
             self._part(f"The session is over ({how}). L lists others, Q closes the console.")
@@ -173,9 +182,18 @@ class WatchScreen(Screen[None]):
         )
         self.query_one("#notes", Static).update(words.remarks(status.notes, status.notes_left_out))
 
+    def _tell(self, words: str, *, refused: bool = False) -> None:
+        """Say for a while what came of what was asked for."""
+        line = self.query_one("#said", Static)
+        line.update(words)
+        line.set_class(refused, "refused")
+        if self._silencer is not None:
+            self._silencer.stop()
+        self._silencer = self.set_timer(SAID_S, lambda: line.update(""))
+
     def _ask_for(self, command: CommandName, text: str = "") -> None:
         if self.farewell or self._writer is None:
-            self.notify("There is no session to tell that.", severity="warning")
+            self._tell("There is no session to tell that.", refused=True)
             return
         line = Command(command=command, text=text).model_dump_json().encode()
         self._writer.write(line + b"\n")

@@ -16,6 +16,7 @@ from study.screens import (
     CueKind,
     EndScreen,
     FleetScreen,
+    KeyTrialScreen,
     PageScreen,
     PauseScreen,
     RevealScreen,
@@ -398,6 +399,7 @@ def samples() -> dict[str, Screen]:
             can_erase=True,
             can_go_on=False,
         ),
+        "key_trial": KeyTrialScreen((("up", True), ("left", False)), 10.0),
         "end": EndScreen(
             "Thank you!", "That was all. Please tell the experimenter that you have finished."
         ),

@@ -105,6 +105,10 @@ class WatchedSession:
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
 
+    def participant_pauses(self) -> None:
+        """Let the participant pause."""
+        self._tracker.offer(Paused(89 * SECOND, "participant"), 0, 0)
+
     def _disk(self) -> Disk:
         return Disk(sent=5210, durable=5204, unsaved_s=self.unsaved_s, working=True, part=1)
 

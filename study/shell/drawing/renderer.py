@@ -17,6 +17,7 @@ from study.screens import (
     CountdownScreen,
     EndScreen,
     FleetScreen,
+    KeyTrialScreen,
     PageScreen,
     PauseScreen,
     RevealScreen,
@@ -143,6 +144,8 @@ class Renderer:
                 simple.draw_wait(canvas, screen, now_ns)
             case PauseScreen():
                 pausing.draw(canvas, screen)
+            case KeyTrialScreen():
+                simple.draw_key_trial(canvas, screen)
             case EndScreen():
                 simple.draw_end(canvas, screen)
         return None

@@ -1,4 +1,4 @@
-"""Screens of few words: waiting and the end."""
+"""Screens of few words: waiting, keys that are tried, and the end."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 import pygame
 
-from study.screens import EndScreen, WaitScreen
+from study.screens import EndScreen, KeyTrialScreen, WaitScreen
 from study.shell.drawing import chrome, marks, palette
 from study.shell.drawing.canvas import Canvas
 
@@ -62,6 +62,27 @@ def draw_wait(canvas: Canvas, screen: WaitScreen, now_ns: int) -> None:
         piece = pygame.Rect(bar.left, bar.top, bar.width // 4, bar.height)
         piece.left += round((bar.width - piece.width) * swing)
         canvas.box(piece, canvas.u(6), palette.BLUE)
+
+
+def draw_key_trial(canvas: Canvas, screen: KeyTrialScreen) -> None:
+    """Draw the keys to be held down, each with whether it has arrived."""
+    u = canvas.u
+    title = canvas.say("Hold both keys down together")
+    text = canvas.say("Both must arrive at once. Without a key this ends after {seconds} s.",
+                      seconds=f"{screen.seconds:g}")  # fmt: skip
+    row = u(84)
+    heights = _words(canvas, title, text)
+    inside = _card(canvas, sum(heights) + u(12 + 28) + row * len(screen.keys) + 2 * u(48))
+    y = _write_words(canvas, inside, title, text) + u(28) + row // 2
+    widest = max(chrome.cap_width(canvas, key, u(60)) for key, _ in screen.keys)
+    for key, arrived in screen.keys:
+        chrome.draw_cap(canvas, key, inside.left, y, u(60))
+        canvas.write(
+            canvas.say("arrived") if arrived else canvas.say("waited for"),
+            inside.left + widest + u(28), y, u(24), weight="semibold" if arrived else "medium",
+            colour=palette.GREEN_TEXT if arrived else palette.SECONDARY,
+        )  # fmt: skip
+        y += row
 
 
 def _end_button(canvas: Canvas) -> pygame.Rect:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from study.screens import PageScreen
+from study.screens import KeyTrialScreen
 from study.shell.preflight.check import Check
 from study.shell.raw_inputs import RawClose, RawKey
 from study.shell.window import Window
@@ -12,26 +12,6 @@ from study.shell.window import Window
 PATIENCE_S = 10.0
 FRAME_S = 1 / 60
 NAME = "keyboard"
-
-
-def _page(keys: tuple[str, ...], seen: set[str]) -> PageScreen:
-    names = " and ".join(f"[{key}]" for key in keys)
-    state = ", ".join(f"[{key}] {'arrived' if key in seen else 'waited for'}" for key in keys)
-    return PageScreen(
-        header_left="Preflight",
-        header_right="Keyboard",
-        title=f"Hold {names} down together",
-        subtitle=f"Both must arrive at once. Without a key this ends after {PATIENCE_S:g} s.",
-        paragraphs=(state,),
-        figure="",
-        scene=None,
-        rewards=(),
-        timesteps_per_second=0.0,
-        robots=0,
-        can_go_back=False,
-        next_hint="",
-        action="",
-    )
 
 
 def keyboard(window: Window, keys: tuple[str, str], patience_s: float = PATIENCE_S) -> Check:
@@ -47,7 +27,7 @@ def keyboard(window: Window, keys: tuple[str, str], patience_s: float = PATIENCE
     held: set[str] = set()
     seen: set[str] = set()
     while time.perf_counter() < until:
-        window.show(_page(keys, seen))
+        window.show(KeyTrialScreen(tuple((key, key in seen) for key in keys), patience_s))
         window.draw(0)
         window.wait(FRAME_S)
         for raw in window.poll():

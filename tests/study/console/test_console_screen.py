@@ -117,6 +117,7 @@ def test_pause_resume_note_and_end(monkeypatch: pytest.MonkeyPatch) -> None:
             await until(pilot, lambda: watching(app))
             await pilot.press("p")
             await until(pilot, lambda: "PAUSED BY THE EXPERIMENTER" in seen(app, "headline"))
+            await until(pilot, lambda: seen(app, "said") == "The session is paused.")
             await pilot.press("r")
             await until(pilot, lambda: "RUNNING" in seen(app, "headline"))
             await pilot.press("n")
@@ -127,6 +128,7 @@ def test_pause_resume_note_and_end(monkeypatch: pytest.MonkeyPatch) -> None:
             await until(pilot, lambda: isinstance(app.screen, AskText))
             await pilot.press("enter")
             assert isinstance(app.screen, AskText), "no reason, no end"
+            await until(pilot, lambda: "Write some words first" in seen(app, "keys"))
             await pilot.press("escape")
             await until(pilot, lambda: watching(app))
             await pilot.press("e")
@@ -138,6 +140,22 @@ def test_pause_resume_note_and_end(monkeypatch: pytest.MonkeyPatch) -> None:
         assert [(each.command, each.text) for each in session.obeyed] == [
             ("pause", ""), ("resume", ""), ("annotate", "[b]ok"), ("end", "fire"),
         ]  # fmt: skip
+
+
+def test_a_pause_of_the_participants_is_theirs_to_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    """To go on is offered in the experimenter's own pause alone."""
+    with room(monkeypatch) as place, place.session() as session:
+
+        async def act(app: ConsoleApp, pilot: Pilot[None]) -> None:
+            await until(pilot, lambda: watching(app))
+            session.participant_pauses()
+            await until(pilot, lambda: "PAUSED" in seen(app, "headline"))
+            assert app.screen.check_action("resume", ()) is False
+            await pilot.press("p")
+            await until(pilot, lambda: "BY THE EXPERIMENTER" in seen(app, "headline"))
+            assert app.screen.check_action("resume", ()) is True
+
+        use(ConsoleApp(), act)
 
 
 def test_old_records_and_silence_are_alarming(monkeypatch: pytest.MonkeyPatch) -> None:
