@@ -126,6 +126,10 @@ def who_broke_off(loaded: LoadedProtocol, folder: Path) -> str:
     interrupted = [each for each in known if each.interrupted]
     ended_early = [each for each in known if each.state == "dropped"]
     broken = interrupted or ended_early
+    if not broken:
+        raise StudyError(
+            f"no session in {folder} broke off or was ended early", "Begin one without --resume."
+        )
     if len(broken) != 1:
         raise StudyError(
             "--resume without --participant takes the one session that broke off; interrupted: "
