@@ -82,12 +82,14 @@ class SetAside:
         participant: whose it is; empty if that cannot be read.
         reason: why it is not analysed.
         started_utc: when its session began, ISO 8601; empty if that cannot be read.
+        readable: whether nothing is wrong with the file: it is set aside for whose it is.
     """
 
     file: str
     participant: str
     reason: str
     started_utc: str = ""
+    readable: bool = True
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -166,7 +168,7 @@ def load_recordings(paths: Sequence[Path], *, pool: bool = False) -> StudyRecord
         # The file is named beside the reason already.
         if reason.startswith(f"{path.name} "):
             reason = f"it{reason.removeprefix(path.name)}"
-        set_aside.append(SetAside(path.name, "", reason))
+        set_aside.append(SetAside(path.name, "", reason, readable=False))
 
     for path in find_files(paths):
         if is_held(path):

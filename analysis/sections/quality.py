@@ -11,6 +11,7 @@ from analysis.formatting import counted, listed, number
 from analysis.recordings import Session
 from analysis.results import StudyResults
 from analysis.scored_instruments import differing_instruments
+from study.events.events import Deviation
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -125,6 +126,9 @@ def flags(results: StudyResults) -> list[Flag]:
         deviations["text"],
         strict=True,
     ):
+        if code == "ended_early" and part_of_it:
+            # That the session is incomplete, and why, is said above.
+            continue
         kept = "Its trial is not in the tests" if (session_id, trial_id) in gone else "Kept"
         if not part_of_it:
             kept = "The session was resumed, from before it"
@@ -164,7 +168,12 @@ def _incomplete(session: Session) -> str:
         return "Its end is not recorded"
     if session.ended.complete:
         return "Every stage was passed, but records are missing"
-    return f"Ended early: {session.ended.reason}"
+    early = [
+        record.text
+        for _, record in session.recording.records(Deviation.topic)
+        if isinstance(record, Deviation) and record.code == "ended_early"
+    ]
+    return f"Ended early: {early[-1] if early else session.ended.reason}"
 
 
 def rules(results: StudyResults) -> list[RuleRow]:

@@ -157,13 +157,15 @@ def tiles(results: StudyResults) -> list[Tile]:
     excluded = results.cells.excluded
     deviations = len(results.tables["deviations"])
     skipped = int(results.tables.frame("timing")["skipped"].sum())
-    faulty = sum(bool(s.recording.problems) for s in sessions) + len(study.set_aside)
+    unreadable = sum(not item.readable for item in study.set_aside)
+    faulty = sum(bool(s.recording.problems) for s in sessions) + unreadable
+    aside = len(study.set_aside) - unreadable
     broken = len(data.broken_trials) + sum(s.left_out_trials for s in sessions)
     missing = max(0, expected - trials)
     return [
         Tile(
             str(complete),
-            f"of {planned} {'planned' if facts.planned_participants else 'recorded'}",
+            f"of {len(sessions)} recorded",
             "sessions complete",
             complete == len(sessions) == planned,
             _sessions_in_words(len(sessions), complete, planned),
@@ -212,7 +214,11 @@ def tiles(results: StudyResults) -> list[Tile]:
             "",
             "files with problems",
             faulty == 0,
-            "all files whole" if faulty == 0 else "listed below",
+            f"{aside} more set aside"
+            if aside
+            else "all files whole"
+            if faulty == 0
+            else "listed below",
             "quality",
         ),
     ]

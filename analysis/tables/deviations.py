@@ -39,6 +39,10 @@ _TOPICS: Final = (
 )
 
 
+_WHO: Final = {"operator": "by the operator", "experimenter": "by the experimenter"}
+"""Reasons of pauses that are somebody's, in words."""
+
+
 def build(study: StudyRecordings) -> Table:
     """Build the table from the recordings; pauses are listed too, as "paused"."""
     rows = [row for session in study.sessions for row in session_rows(session)]
@@ -73,7 +77,7 @@ def session_rows(session: Session) -> list[dict[str, object]]:
         elif isinstance(record, Paused):
             paused_in, why = running, record.reason
         elif isinstance(record, Resumed):
-            text = f"Stood still for {record.paused_ns / 1e9:.1f} s: {why}"
+            text = f"Stood still for {record.paused_ns / 1e9:.1f} s: {_WHO.get(why, why)}"
             row = {"trial_id": paused_in, "code": "paused", "text": text}
             found.append({"t": record.t_ns / 1e9, "part": part, "kept": kept, **row})
         elif isinstance(record, Deviation):

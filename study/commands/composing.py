@@ -42,6 +42,7 @@ class Assignment:
         operator_kind: "person" or "simulated".
         operator_json: parameters of a simulated operator.
         pilot: whether the session is none of the study's own.
+        remark: for the experimenter's notes: that another order was planned; empty for none.
     """
 
     participant: str
@@ -51,6 +52,7 @@ class Assignment:
     operator_kind: str
     operator_json: str = "{}"
     pilot: bool = False
+    remark: str = ""
 
 
 def session_opened(

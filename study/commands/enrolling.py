@@ -63,9 +63,13 @@ def assign(
         # Who took part before under such an id still can.
         if participant and register.find(loaded.protocol.study.name, participant) is None:
             refuse_name(participant)
+        orders = possible_orders(conditions, loaded.protocol.phase_three.order)
+        planned = register.expected_order(
+            loaded.protocol.study.name, orders, participant, pilot=pilot
+        )
         reserved = register.reserve(
             loaded.protocol.study.name,
-            possible_orders(conditions, loaded.protocol.phase_three.order),
+            orders,
             pseudonym=participant,
             order=chosen,
             pilot=pilot,
@@ -78,7 +82,15 @@ def assign(
         planned_index=-1 if reserved.pilot else reserved.slot - 1,
         operator_kind="person",
         pilot=reserved.pilot,
+        remark=_by_hand(reserved.order, planned) if chosen else "",
     )
+
+
+def _by_hand(order: Sequence[str], planned: Sequence[str]) -> str:
+    """Say that an order was set by hand, if another one was planned."""
+    if tuple(order) == tuple(planned):
+        return ""
+    return f"Order set by hand: {' then '.join(order)}; the plan had {' then '.join(planned)}"
 
 
 def foreseen(

@@ -111,6 +111,7 @@ def run(
         known = enrolled.resume()
         console.print(enrolling.announce_resumed(boundary))
         session = partial(resume_session, loaded, boundary, output, pilot=known.pilot)
+        order_note = ""
     else:
         assignment = enrolling.assign(
             loaded, participant, output, order=order, seed=seed, again=again, pilot=pilot
@@ -119,6 +120,7 @@ def run(
         console.print(enrolling.announce(assignment))
         enrolling.tell_place(loaded, assignment, output)
         session = partial(run_session, loaded, assignment, output, enrolled=enrolled)
+        order_note = assignment.remark
     with enrolled, _live_view(live_host, live_port, wanted=live) as tap:
         seat = Seat(
             window_size,
@@ -127,7 +129,7 @@ def run(
             tap=tap,
             lsl=lsl,
             remark=before.remark,
-            note=before.note,
+            notes=tuple(filter(None, (before.note, order_note))),
         )
         finished = session(seat=seat, scorers=scorers)
         enrolled.write_back(finished)

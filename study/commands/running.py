@@ -61,7 +61,7 @@ class Seat:
         tap: a live view that gets the records too.
         lsl: whether markers are published to Lab Streaming Layer.
         remark: recorded when the session begins; empty for none.
-        note: the experimenter's first note, taken when the session begins; empty for none.
+        notes: the experimenter's first notes, taken when the session begins.
     """
 
     size: tuple[int, int] | None = None
@@ -70,7 +70,7 @@ class Seat:
     tap: LiveTap | None = None
     lsl: bool = False
     remark: str = ""
-    note: str = ""
+    notes: tuple[str, ...] = ()
 
     def open_window(self, study: StudyPart) -> Window:
         """Open the window under the study's title, in its language.
@@ -278,9 +278,9 @@ def _run(
         conductor.feed(beginning.first_input(clock.now()))
         if seat.remark:
             conductor.observe(Note(clock.now(), seat.remark))
-        if seat.note:
-            # Like one taken at the console: it is in notes, tables and report.
-            conductor.feed(ExperimenterCommanded(clock.now(), "annotate", seat.note))
+        for note in seat.notes:
+            # Like those taken at the console: they are in notes, tables and report.
+            conductor.feed(ExperimenterCommanded(clock.now(), "annotate", note))
         LiveLoop(conductor, window, recorder, clock, link, emergency).run()
         if tap is not None:
             remark = f"live view: {tap.passed} records passed on, {tap.dropped} dropped"

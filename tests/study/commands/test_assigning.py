@@ -68,6 +68,16 @@ def test_a_name_is_refused(tmp_path: Path) -> None:
     assert assign(loaded, "AnnaSchmidt", tmp_path).planned_index == 0
 
 
+def test_an_order_against_the_plan_is_remarked(tmp_path: Path) -> None:
+    """It becomes a note of the experimenter's; an order that the plan has anyway does not."""
+    loaded = load_protocol("smoke")
+    assert assign(loaded, "P01", tmp_path, order="manual,assisted").remark == ""
+    assert assign(loaded, "P02", tmp_path, order="manual,assisted").remark == (
+        "Order set by hand: manual then assisted; the plan had assisted then manual"
+    )
+    assert assign(loaded, "P03", tmp_path).remark == ""
+
+
 @given(st.text(max_size=40))
 def test_no_id_leaves_the_folder(given_id: str) -> None:
     """Whatever is taken is a plain file name."""
