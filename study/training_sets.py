@@ -23,6 +23,10 @@ OPERATOR_SOURCES = (ChoiceSource.OPERATOR,)
 from itself."""
 
 
+FIRST_ROOM = 8192
+"""Demonstrations that there is room for at first: a quarter of an hour at eight a second."""
+
+
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Demonstrations:
     """Executed operator actions, in order of time.
@@ -67,23 +71,42 @@ class ChoiceSets:
 
 
 class DemonstrationBuffer:
-    """Demonstrations of timesteps as they happen, in a few bytes each."""
+    """Demonstrations of timesteps as they happen, in a few bytes each.
+
+    Room for many is taken with the first one, and twice as much whenever it is full: a condition
+    that has begun takes no more memory by its end.
+    """
 
     def __init__(self) -> None:
-        self._states = bytearray()
-        self._actions = bytearray()
+        self._states: npt.NDArray[np.float32] = np.empty((0, 0), np.float32)
+        self._actions: npt.NDArray[np.int32] = np.empty(0, np.int32)
+        self._count = 0
 
     def add(self, row: Timestep) -> None:
         """Take the operator's executed action of one timestep, if there was one."""
         operated = row.operated
         if operated >= 0 and row.action_sources[operated] == ActionSource.OPERATOR:
-            self._states += row.states[operated].astype(np.float32, copy=False).tobytes()
-            self._actions += row.actions[operated].astype(np.int32, copy=False).tobytes()
+            state = row.states[operated]
+            if self._count == len(self._actions):
+                self._make_room(max(FIRST_ROOM, 2 * self._count), len(state))
+            self._states[self._count] = state
+            self._actions[self._count] = row.actions[operated]
+            self._count += 1
+
+    def _make_room(self, rows: int, state_size: int) -> None:
+        # Filled, since pages that nobody has written to are not there yet.
+        states = np.full((rows, state_size), np.nan, np.float32)
+        actions = np.full(rows, -1, np.int32)
+        if self._count:
+            states[: self._count], actions[: self._count] = self._states, self._actions
+        self._states, self._actions = states, actions
 
     def copy(self) -> DemonstrationBuffer:
-        """Return one that goes on by itself."""
+        """Return one that goes on by itself, without room to spare."""
         copied = DemonstrationBuffer()
-        copied._states, copied._actions = self._states.copy(), self._actions.copy()
+        copied._states = self._states[: self._count].copy()
+        copied._actions = self._actions[: self._count].copy()
+        copied._count = self._count
         return copied
 
     def collected(self, state_size: int) -> Demonstrations:
@@ -92,8 +115,8 @@ class DemonstrationBuffer:
         Args:
             state_size: d.
         """
-        states = np.array(np.frombuffer(self._states, np.float32)).reshape(-1, state_size)
-        return Demonstrations(states, np.array(np.frombuffer(self._actions, np.int32)))
+        states = self._states[: self._count].reshape(-1, state_size).copy()
+        return Demonstrations(states, self._actions[: self._count].copy())
 
 
 def demonstrations(timesteps: Iterable[Timestep], state_size: int) -> Demonstrations:
