@@ -1,4 +1,4 @@
-"""Settings that are valid, and yet make a part of a study pointless: to be told, not refused."""
+"""Settings that are valid, and yet to be thought of: to be told, not refused."""
 
 from __future__ import annotations
 
@@ -21,6 +21,19 @@ def remarks(protocol: Protocol, horizon: int) -> list[str]:
         *_never_reached(protocol, horizon),
         *_analyses(protocol),
     ]
+
+
+def remark_on_consent(protocol: Protocol) -> str:
+    """Return where else consent is to be asked for if the protocol has no text; empty if it has.
+
+    Apart from `remarks`, since nothing is amiss: paper is as good.
+    """
+    if protocol.consent is not None:
+        return ""
+    return (
+        "consent: there is none, so participants are asked on paper; to ask on the screen see "
+        "docs/how-to/run-a-session-with-a-person.md"
+    )
 
 
 def _dwells(protocol: Protocol) -> Iterator[str]:

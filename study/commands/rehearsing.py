@@ -102,8 +102,10 @@ def rehearse(loaded: LoadedProtocol, assignment: Assignment) -> Rehearsal:
     order = " then ".join(assignment.order)
     if not complete:
         failure = failure or f"ended early ({order})"
+    # Green all the same: whether paper is signed cannot be seen from here.
+    consent = "" if loaded.protocol.consent else "; no consent page: ask on paper"
     took = f"{order}: {clock.now_ns / 60e9:.0f} simulated minutes in "
-    sequence = _sequence(failure, f"{took}{time.perf_counter() - began:.1f} s")
+    sequence = _sequence(failure, f"{took}{time.perf_counter() - began:.1f} s{consent}")
     return Rehearsal(
         checks=(sequence, _fits(fitter.fits, complete=complete)),
         fleet=fleets[max(fleets)] if fleets else None,

@@ -12,7 +12,7 @@ from study.commands.terminal import console
 from study.durations import dwell_seconds, expected_minutes
 from study.experiment.protocol import is_experiment, load_experiment
 from study.loading import find_protocol, load_protocol, missing_extra, read_text
-from study.remarks import remarks
+from study.remarks import remark_on_consent, remarks
 
 
 def validate(
@@ -29,7 +29,8 @@ def validate(
     console.print(f"[green]Valid:[/] {escape(str(loaded.path))} (sha256 {loaded.sha256[:12]})")
     if missing := missing_extra(loaded.protocol.task.name, loaded.protocol.task.parameters):
         console.print(f"[yellow]To run it:[/] {escape(missing)}")
-    for remark in remarks(loaded.protocol, loaded.description.horizon):
+    told = remarks(loaded.protocol, loaded.description.horizon)
+    for remark in filter(None, [*told, remark_on_consent(loaded.protocol)]):
         console.print(f"[yellow]To consider:[/] {escape(remark)}")
     for condition, seconds in dwell_seconds(loaded.protocol):
         console.print(

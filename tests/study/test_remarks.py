@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
 from command_line import study
-from protocols import variant
+from protocols import ROOT, variant
 from study.commands.preflight import _checks
 from study.commands.running import Seat
 from study.commands.simulating import simulated_assignments
 from study.loading import load_protocol, shipped_protocols
-from study.remarks import remarks
+from study.remarks import remark_on_consent, remarks
 
 # Smoke: 2 conditions of 1 trial with 30 timesteps, a dwell of 15 at 10 a second.
 POINTLESS: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
@@ -65,6 +66,17 @@ def remarks_on(path: Path) -> list[str]:
     return remarks(loaded.protocol, loaded.description.horizon)
 
 
+def consent_remark_on(path: Path) -> str:
+    """Return what is remarked on a file's consent."""
+    return remark_on_consent(load_protocol(str(path)).protocol)
+
+
+def shipped_studies() -> list[Path]:
+    """Return the shipped protocols, experiments left out."""
+    paths = sorted(shipped_protocols().glob("*.toml"))
+    return [path for path in paths if "\n[experiment]" not in path.read_text()]
+
+
 @pytest.mark.parametrize("case", POINTLESS)
 def test_what_is_pointless_is_told(tmp_path: Path, case: str) -> None:
     """One sentence: key path, what was given, what comes of it."""
@@ -91,8 +103,7 @@ def test_preflight_tells_before_anything_else(tmp_path: Path) -> None:
 
 def test_nothing_is_told_of_what_is_shipped() -> None:
     """Each shipped study makes sense."""
-    paths = sorted(shipped_protocols().glob("*.toml"))
-    studies = [path for path in paths if "\n[experiment]" not in path.read_text()]
+    studies = shipped_studies()
     assert {path.stem: remarks_on(path) for path in studies} == {path.stem: [] for path in studies}
 
 
@@ -101,4 +112,31 @@ def test_validate_tells_and_accepts(tmp_path: Path) -> None:
     done = study("validate", variant(tmp_path, ("dwell = 15", "dwell = 9999")))
     assert done.returncode == 0, done.stderr
     assert "To consider: conditions.assisted.dwell: 9999 given" in done.stdout
-    assert "To consider" not in study("validate", "smoke").stdout
+    assert "To consider" not in study("validate", "every_screen").stdout
+
+
+def test_a_study_without_a_consent_page_is_told_of(tmp_path: Path) -> None:
+    """Of all that is shipped one has a page; a page that is added ends the remark."""
+    asks = {path.stem: not consent_remark_on(path) for path in shipped_studies()}
+    assert [name for name, page in asks.items() if page] == ["every_screen"]
+    (line,) = [
+        each for each in study("validate", "smoke").stdout.splitlines() if "consider" in each
+    ]
+    assert line.startswith(
+        "To consider: consent: there is none, so participants are asked on paper"
+    )
+    guide = re.findall(r"docs/how-to/\S+\.md", line)
+    (example,) = re.findall(r"```toml\n(\[consent\]\n.*?)```", (ROOT / guide[0]).read_text(), re.S)
+    path = variant(tmp_path, ("[keys]", f"{example}\n[keys]"))
+    assert consent_remark_on(path) == ""
+    assert "To consider" not in study("validate", path).stdout
+
+
+@pytest.mark.parametrize("name", ["smoke", "every_screen"])
+def test_preflight_tells_and_can_be_green(tmp_path: Path, name: str) -> None:
+    """A laboratory with consent on paper is kept from nothing; the rehearsal's line says so."""
+    loaded = load_protocol(name)
+    (assignment,) = simulated_assignments(loaded, 1, seed=1)
+    first = next(_checks(loaded, assignment, tmp_path, Seat(None), with_keys=False))
+    assert (first.name, first.state) == ("rehearsal", "green")
+    assert ("no consent page: ask on paper" in first.found) == (name == "smoke")
