@@ -93,6 +93,26 @@ def test_commands_and_options_are_documented(program: str, command: str) -> None
     assert options == set(re.findall(r"`(--[a-z-]+)`", section))
 
 
+def test_every_exit_status_is_in_the_table() -> None:
+    """Each status with which a command's file ends has a row for that command, or for each."""
+    text = (DOCS / "reference" / "commands.md").read_text(encoding="utf-8")
+    table = text.partition("## Exit statuses\n")[2].partition("\n<!--")[0]
+    rows = set(re.findall(r"^\| (\d+) \| (each|`[a-z -]+`) \|", table, re.MULTILINE))
+    ended = []
+    for file in [*ROOT.glob("study/commands/*.py"), *ROOT.glob("analysis/commands/*.py")]:
+        source = file.read_text(encoding="utf-8")
+        numbers = dict(re.findall(r"^(\w+) = (\d+)$", source, re.MULTILINE))
+        command = (file.parts[-3], file.stem.replace("_", "-"))
+        name = f"`{' '.join(command)}`" if command in COMMANDS else "each"
+        given = re.findall(r"(?:typer\.Exit|sys\.exit)\((\w+)\)", source)
+        ended += [(numbers.get(status, status), name) for status in given]
+    errors = (ROOT / "study" / "errors.py").read_text(encoding="utf-8")
+    of_errors = re.findall(r"exit_status(?:: ClassVar\[int\])? = (\d+)", errors)
+    assert len(ended) >= 10
+    assert [row for row in ended if row not in rows] == []
+    assert {"0", "1", *of_errors} <= {status for status, _ in rows}
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_links_and_pictures_resolve(page: Path) -> None:
     """Every relative link and picture is a file of the project."""
