@@ -43,11 +43,6 @@ def validate(
         table.add_row(stage, f"{minutes:.1f}" if minutes >= 0.1 else "under 0.1")
     table.add_row("Together", f"{total:.1f}", style="bold")
     console.print(table)
-    console.print(
-        "Consent: asked for on the screen"
-        if loaded.protocol.consent
-        else "Consent: not asked for on the screen; see docs/how-to/protect-participants-data.md"
-    )
     console.print(f"Assumptions marked: {len(loaded.protocol.assumptions)}")
 
 
