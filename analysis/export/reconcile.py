@@ -18,11 +18,12 @@ from study.events.events import (
 )
 from study.events.experimenter_records import ExperimenterNoted
 from study.events.fit_events import FitGateJudged
-from study.events.participant_events import InstrumentScored
+from study.events.participant_events import InstrumentScored, TextAnswered
 
 TOPICS: Mapping[str, tuple[str, ...]] = {
     "episodes": (EpisodeEnded.topic,),
     "responses": (QuestionAnswered.topic,),
+    "texts": (TextAnswered.topic,),
     "fits": (FitRequested.topic,),
     "fit_gates": (FitGateJudged.topic,),
     "switches": (Switched.topic,),

@@ -159,6 +159,14 @@ def _notes(session: Session, results: StudyResults) -> list[str]:
         f"Experimenter, {_clock(float(t))} after the start: “{text}”"
         for t, text in zip(taken["t"], taken["text"], strict=True)
     ]
+    typed = results.tables.frame("texts")
+    typed = typed[(typed["participant"] == who) & (typed["text"] != "")]
+    notes += [
+        f"Answer to {questionnaire}, {item}: “{text}”"
+        for questionnaire, item, text in zip(
+            typed["questionnaire"], typed["item"], typed["text"], strict=True
+        )
+    ]
     notes += session.recording.problems
     departed = results.data.departures
     departed = departed[departed["participant"] == who]

@@ -40,7 +40,7 @@ def test_every_column_is_described(exported: Path) -> None:
     known = {entry["name"] for entry in content["variableMeasured"]}
     book = pd.read_csv(exported / "codebook.csv", keep_default_na=False)
     files = sorted((exported / "data").glob("*_data.csv"))
-    assert len(files) == 19
+    assert len(files) == 20
     for path in [*files, exported / "jasp_jamovi" / "wide.csv"]:
         columns = set(pd.read_csv(path, nrows=1).columns)
         assert columns <= known

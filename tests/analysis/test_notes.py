@@ -16,6 +16,7 @@ from study.events.codes import Phase
 from study.events.events import Deviation, Paused, Resumed, TrialStarted
 from study.events.experimenter_records import ExperimenterNoted
 from study.events.fields import Record
+from study.events.participant_events import TextAnswered
 from study.recording.client import Recorder
 from synthetic_study import Plan, Session
 
@@ -38,6 +39,10 @@ def noted(plan: Plan) -> list[Record]:
             found.append(record)
             found += [
                 ExperimenterNoted(record.t_ns, text, record.trial_id, 5) for text in TEXTS[1:]
+            ]
+            found += [
+                TextAnswered(record.t_ns, "remarks", "words", text, 3, 1, "manual", "once", 5)
+                for text in (*TEXTS, "")
             ]
             found.append(Deviation(record.t_ns, "experimenter_paused", "by hand", record.trial_id))
             found.append(Paused(record.t_ns, "experimenter"))
@@ -77,6 +82,19 @@ def test_any_note_is_text(study: StudyRecordings, tmp_path: Path) -> None:
     assert "<script>alert" not in page
     for text in TEXTS:
         assert html.escape(text, quote=False).replace('"', "&#34;") in page
+
+
+def test_free_answers_are_a_table(study: StudyRecordings) -> None:
+    """As typed, the open ones too; a line each on the participant's page, markup as text."""
+    tables = StudyTables(study)
+    rows = tables.frame("texts")
+    rows = rows[rows["phase"] == Phase.THREE]
+    assert list(rows["text"]) == [*TEXTS, ""]
+    assert set(rows["condition"]) == {"manual"}
+    assert "'=HYPERLINK" in tables["texts"].to_csv("1 person")
+    page = render_report(compute_results(study, tables))
+    # And that which the made-up session of P01 ends with.
+    assert page.count("Answer to remarks, words") == len(TEXTS) + 1
 
 
 def test_a_pause_of_the_experimenter_is_told_from_others(study: StudyRecordings) -> None:

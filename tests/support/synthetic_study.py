@@ -17,7 +17,7 @@ from study.events.experimenter_records import ExperimenterNoted
 from study.events.fields import Record
 from study.events.fit_events import FitGateJudged
 from study.events.inputs import FitCompleted, SessionOpened
-from study.events.participant_events import InstrumentScored
+from study.events.participant_events import InstrumentScored, TextAnswered
 from study.events.shell import FrameIntervals
 from study.events.task_description import TaskDescription
 from study.recording.client import Recorder
@@ -369,6 +369,8 @@ class Session:
             self.add(ev.Resumed(self.now, 12 * SECOND))
             self.add(ev.Deviation(self.now, "practice_repeated", "Practice was repeated", -1))
             self.add(ExperimenterNoted(self.now, "Wore gloves", -1, 9))
+        words = "" if plan.index % 2 else "I lost sight of robot 7."
+        self.add(TextAnswered(self.now, "remarks", "words", words, 0, 0, "", "once", 4 * SECOND))
         complete = plan.stop_after is None
         reason = "complete" if complete else "window closed"
         self.add(ev.SessionEnded(self.now, complete, reason))
