@@ -6,7 +6,7 @@ import importlib
 import pkgutil
 from types import ModuleType
 
-from study.errors import UnknownNameError
+from study.errors import StudyError, UnknownNameError
 
 _NOT_MEMBERS = {"base", "registry", "features"}
 
@@ -31,13 +31,22 @@ def load_member(package: str, family: str, name: str) -> ModuleType:
 
     Raises:
         UnknownNameError: there is no such file; the message lists those there are.
-        StudyError: the file makes no member of that name.
+        StudyError: the file cannot be imported, or makes no member of that name.
     """
     known = known_members(package)
     stem, colon, rest = name.partition(":")
     if stem not in known:
         raise UnknownNameError(family, name, known)
-    module = importlib.import_module(f"{package}.{stem}")
+    try:
+        module = importlib.import_module(f"{package}.{stem}")
+    except StudyError:
+        raise
+    except Exception as error:
+        # The file may be somebody's own, with whatever mistake.
+        raise StudyError(
+            f'the {family} "{stem}" cannot be imported: {type(error).__name__}: {error}',
+            f"Mend {package.replace('.', '/')}/{stem}.py.",
+        ) from error
     if not colon:
         return module
     if not hasattr(module, "member"):

@@ -71,6 +71,12 @@ def _member(
         return None
     if not isinstance(parameters, dict):
         return None
+    if not hasattr(module, "Parameters"):
+        problems.append(
+            f'{path}.name: the {family} "{name}" has no class Parameters; '
+            "docs/how-to says what each family's files hold"
+        )
+        return None
     try:
         module.Parameters.model_validate(parameters)
     except ValidationError as error:

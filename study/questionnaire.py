@@ -40,7 +40,12 @@ class Item(_Part):
     @model_validator(mode="after")
     def _check(self) -> Item:
         if (self.kind == "choice") != bool(self.options) or len(self.options) == 1:
-            raise ValueError(f'options: at least two for a "choice", none for a "{self.kind}"')
+            wanted = (
+                f'a "choice" has at least two, {len(self.options)} given'
+                if self.kind == "choice"
+                else f'a "{self.kind}" has none; only a "choice" has'
+            )
+            raise ValueError(f"options: {wanted}")
         if self.optional and self.kind != "text":
             raise ValueError("optional: only a free text may stay open")
         if self.least > self.most:

@@ -77,6 +77,8 @@ def write_report(
     study = open_recordings(recordings, console, pool=pool)
     tables = StudyTables(study)
     asked = None if whatif is None else load_what_if(whatif, study)
+    for note in asked.notes if asked else ():
+        console.print(f"What if: {note}", markup=False, highlight=False)
     make_folder(output)
     with console.status("Writing tables"):
         count = write_tables(tables, data_label(study), output / "tables")

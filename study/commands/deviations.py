@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
+from pathlib import Path
 
 from rich.markup import escape
 
 from study.commands.terminal import errors
 from study.events.events import Deviation, Event
 from study.events.fit_events import FitGateJudged
+from study.recording.parts import read_session
 
 _WITHOUT_A_FIT = (
     "What needs it runs without it: a scorer chooses and suggests nothing, a policy acts at random."
 )
+MOST_TOLD = 5
+"""Kinds of failed fits that a simulation tells of."""
 _CONSEQUENCES = {
     "fit_failed": _WITHOUT_A_FIT,
     "fit_timed_out": _WITHOUT_A_FIT,
@@ -41,6 +46,25 @@ def tell_deviations(numbered: Sequence[tuple[int, Event]]) -> None:
                 f"[yellow]Deviation[/] at {minutes}:{seconds:02}: {escape(event.code)}, "
                 f"{escape(event.text)}. {consequence}".rstrip()
             )
+
+
+def tell_failed_fits(recordings: Sequence[Path]) -> None:
+    """Print which fits failed in simulated sessions, and in how many."""
+    failed: Counter[str] = Counter()
+    for path in recordings:
+        found = {
+            f"{record.code}: {record.text}"
+            for _, record in read_session(path).records(Deviation.topic)
+            if isinstance(record, Deviation) and record.code in ("fit_failed", "fit_timed_out")
+        }
+        failed.update(found)
+    for text, sessions in sorted(failed.items())[:MOST_TOLD]:
+        where = f"in {sessions} of {len(recordings)} sessions"
+        errors.print(f"[yellow]Deviation[/] {where}: {escape(text)}. {_WITHOUT_A_FIT}")
+    if len(failed) > MOST_TOLD:
+        errors.print(
+            f"And {len(failed) - MOST_TOLD} more kinds; the table deviations has them all."
+        )
 
 
 def tell_gates(numbered: Sequence[tuple[int, Event]]) -> None:

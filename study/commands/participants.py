@@ -100,6 +100,11 @@ def _parsed(words: list[str]) -> tuple[str, str, str]:
         return "", "", words[0] if words else ""
     if not 2 <= len(words) <= 3:
         raise StudyError(f"{words[0]} needs one pseudonym", "And then, if need be, the folder.")
+    if len(words) == 2 and Path(words[1]).is_dir():
+        raise StudyError(
+            f"{words[0]} needs a pseudonym, and {words[1]} is a folder",
+            f"Say: study participants {words[0]} PSEUDONYM {words[1]}",
+        )
     return words[0], words[1], words[2] if len(words) > 2 else ""
 
 
@@ -168,7 +173,7 @@ def _withdraw(register: Register, known: Participant, *, yes: bool) -> None:
     if not yes:
         if not sys.stdin.isatty():
             raise StudyError("nobody can be asked here", "Say --yes to erase without being asked.")
-        typer.confirm(f"Erase all data of {known.pseudonym} for good?", abort=True)
+        confirm(f"Erase all data of {known.pseudonym} for good?")
     erased = withdraw(register, known.study, known.pseudonym)
     console.print(
         f"{known.pseudonym} withdrew: {len(erased)} files erased. A tombstone is kept: pseudonym "
@@ -193,6 +198,17 @@ def _show(found: list[Participant], *, as_json: bool) -> None:
         console.print("No participants yet.")
         return
     console.print(participants_table(found, console.width))
+
+
+def confirm(question: str) -> None:
+    """Ask; go on only after a yes. Ctrl-C is the same here as anywhere."""
+    try:
+        agreed = typer.confirm(question)
+    except typer.Abort as error:
+        raise KeyboardInterrupt from error
+    if not agreed:
+        console.print("Nothing was erased.")
+        raise typer.Exit(1)
 
 
 def _show_history(register: Register, known: Participant, *, as_json: bool) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import io
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -153,8 +155,22 @@ def draw_screens(screens: dict[str, Kept], folder: Path, look: Look) -> list[Pat
         renderer = Renderer(look.size, look.ui_scale, look.messages, shots)
         renderer.draw(surface, kept.screen, kept.now_ns)
         pictures.append(folder / f"{number:02d}_{name}.png")
-        pygame.image.save(surface, str(pictures[-1]))
+        _save(surface, pictures[-1])
     return pictures
+
+
+def _save(surface: pygame.Surface, path: Path) -> None:
+    """Write a picture; pygame itself says nothing of a full disk."""
+    packed = io.BytesIO()
+    pygame.image.save(surface, packed, "picture.png")
+    try:
+        path.write_bytes(packed.getvalue())
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            path.unlink(missing_ok=True)
+        raise StudyError(
+            f"{path} cannot be written: {error.strerror}", "Give another folder with --output."
+        ) from error
 
 
 def draw_gallery(loaded: LoadedProtocol, folder: Path, looks: Sequence[Look]) -> list[Path]:

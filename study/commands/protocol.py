@@ -34,7 +34,13 @@ def protocol(
     path = output or Path(f"{recording.path.name.split('.')[0]}.toml")
     try:
         with path.open("x", encoding="utf-8", newline="") as stream:
-            stream.write(opened.protocol_toml)
+            try:
+                stream.write(opened.protocol_toml)
+                stream.flush()
+            except OSError:
+                # What is half there would be in the way of the next try.
+                path.unlink(missing_ok=True)
+                raise
     except FileExistsError as error:
         raise StudyError(f"{path} exists already", "Name another file with --output.") from error
     except OSError as error:

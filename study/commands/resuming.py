@@ -10,11 +10,13 @@ from collections import deque
 from collections.abc import Iterable
 from pathlib import Path
 
+from study.enrolment.refusals import withdrawn
 from study.errors import RecordingError, StudyError
 from study.events.events import FitApplied, FitRequested, SessionEnded, StageEntered
 from study.events.inputs import FitCompleted, Input, SessionOpened, SessionResumed
 from study.loading import LoadedProtocol
 from study.protocol import parse_protocol
+from study.recording.enrolled import tombstones
 from study.recording.file_lock import is_held
 from study.recording.parts import (
     SessionRecording,
@@ -107,6 +109,8 @@ def find_boundary(loaded: LoadedProtocol, participant: str, folder: Path) -> Bou
     """
     _wait_for_writers(folder, loaded, participant)
     recording = last_session(loaded, participant, folder)
+    if recording is None and participant in tombstones(folder).get(loaded.protocol.study.name, {}):
+        raise withdrawn(participant)
     if recording is None:
         raise StudyError(
             f'no recording of participant "{participant}" in the study '

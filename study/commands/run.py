@@ -16,6 +16,7 @@ from study.commands.kept_folder import check_kept
 from study.commands.preflight import preflight_before
 from study.commands.recorded_scorers import parse_overrides
 from study.commands.terminal import console, errors, shown_path
+from study.enrolment.importing import NOT_UNDERSTOOD
 from study.enrolment.pseudonyms import check_participant
 from study.errors import StudyError
 from study.foxglove.live_tap import DEFAULT_PORT, LOOPBACK, LiveTap, require_live
@@ -140,9 +141,11 @@ def run(
     for path in finished.paths:
         console.print(f"Recorded in {shown_path(path)}")
     if finished.outcome != "complete":
+        go_on = "To go on where it broke off, say the same with --resume."
+        if finished.reason == NOT_UNDERSTOOD:
+            go_on = f"The participant is excluded: {finished.reason}."
         errors.print(
-            "[yellow]The session was ended early; the recording holds what there was.[/] "
-            "To go on where it broke off, say the same with --resume."
+            f"[yellow]The session was ended early; the recording holds what there was.[/] {go_on}"
         )
         raise typer.Exit(3)
 

@@ -10,6 +10,7 @@ import typer
 from rich.markup import escape
 
 from study.commands.composing import lock_warning
+from study.commands.deviations import tell_failed_fits
 from study.commands.progress import followed
 from study.commands.terminal import console, errors
 from study.loading import load_protocol
@@ -76,6 +77,7 @@ def simulate_with_progress(
     recordings = list(
         followed("Simulated participants", finished, count, name=lambda path: path.name)
     )
+    tell_failed_fits(recordings)
     people = "participant" if count == 1 else "participants"
     where = escape(str(output))
     console.print(f"{count} simulated {people} (seed {study_seed}), recordings in {where}")

@@ -117,6 +117,16 @@ def _lost_content(contents: Contents) -> tuple[str, ...]:
 
 def _write(stream: BinaryIO, contents: Contents, digest: str, target: Path) -> Path:
     file = DurableFile(target)
+    try:
+        return _fill(file, stream, contents, digest)
+    except OSError as error:
+        if not isinstance(error, FileExistsError):
+            # What is half there would be in the way of the next try.
+            file.discard()
+        raise
+
+
+def _fill(file: DurableFile, stream: BinaryIO, contents: Contents, digest: str) -> Path:
     out = _McapFile(file)
     out.record(records.HEADER, text(PROFILE) + text(LIBRARY))
     out.metadata(_metadata(contents, digest))

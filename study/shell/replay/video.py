@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import numpy.typing as npt
@@ -90,7 +90,7 @@ def write_video(
         descriptor = os.open(part, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
         try:
             with os.fdopen(descriptor, "w+b") as stream:
-                _encode(av, stream, tape, picture, cut, progress)
+                _encode(av, _Told(stream), tape, picture, cut, progress)
             part.replace(path)
         finally:
             part.unlink(missing_ok=True)
@@ -123,9 +123,39 @@ def check_target(path: Path, size: tuple[int, int]) -> Any:  # noqa: ANN401 - an
     return av
 
 
+class _Told:
+    """A file for PyAV, which tells a traceback of what its files raise: here it is kept for later.
+
+    Attributes:
+        failure: why nothing more is written; None while all is well.
+    """
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self._stream = stream
+        self.failure: OSError | None = None
+
+    def write(self, data: bytes) -> int:
+        """Write, or pretend to once that has failed."""
+        if self.failure is None:
+            try:
+                self._stream.write(data)
+                self._stream.flush()
+            except OSError as error:
+                self.failure = error
+        return len(data)
+
+    def seek(self, place: int, whence: int = 0) -> int:
+        """Go to a place."""
+        return self._stream.seek(place, whence) if self.failure is None else 0
+
+    def tell(self) -> int:
+        """Return the place."""
+        return self._stream.tell() if self.failure is None else 0
+
+
 def _encode(
     av: Any,  # noqa: ANN401
-    stream: Any,  # noqa: ANN401
+    stream: _Told,
     tape: Tape,
     picture: Picture,
     cut: Cut,
@@ -149,4 +179,8 @@ def _encode(
             frame.pts, frame.time_base = number, Fraction(1, cut.frames_per_second)
             container.mux(video.encode(frame))
             progress(number + 1)
+            if stream.failure is not None:
+                break
         container.mux(video.encode(None))
+    if stream.failure is not None:
+        raise stream.failure

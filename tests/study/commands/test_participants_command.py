@@ -7,12 +7,17 @@ import subprocess
 from pathlib import Path
 
 import pytest
+import typer
 from typer.testing import CliRunner
 
 from command_line import study
 from study.commands import main
+from study.commands.participants import confirm
+from study.commands.resuming import find_boundary
 from study.enrolment.register import Register
+from study.enrolment.withdrawing import leave_tombstone
 from study.errors import StudyError
+from study.loading import load_protocol
 
 ORDERS = [("manual", "assisted"), ("assisted", "manual")]
 
@@ -144,3 +149,33 @@ def test_a_folder_of_nothing_gets_no_register(tmp_path: Path, words: list[str]) 
     assert ("holds neither a register of participants nor" in done.stderr) == there
     assert ("no folder none: it is not there" in done.stderr) == (not there)
     assert [path.name for path in tmp_path.iterdir()] == ["holiday.txt"]
+
+
+def test_a_forgotten_pseudonym_is_asked_for(folder: Path) -> None:
+    """A folder in its place is not taken for one."""
+    done = participants("exclude", folder, "--reason", "fell ill")
+    assert done.returncode == 2
+    assert "exclude needs a pseudonym" in done.stderr
+
+
+def test_a_question_is_answered_or_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No is status 1; Ctrl-C at the question is the same as anywhere."""
+    monkeypatch.setattr(typer, "confirm", lambda _: False)
+    with pytest.raises(typer.Exit) as left:
+        confirm("Erase?")
+    assert left.value.exit_code == 1
+
+    def interrupted(_: str) -> bool:
+        raise typer.Abort
+
+    monkeypatch.setattr(typer, "confirm", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        confirm("Erase?")
+
+
+def test_who_withdrew_cannot_be_resumed(folder: Path) -> None:
+    """It is said that they withdrew, and not that there is no recording."""
+    with Register(folder) as register:
+        leave_tombstone(register, "pilot", "pilot1")
+    with pytest.raises(StudyError, match="withdrew"):
+        find_boundary(load_protocol("pilot"), "pilot1", folder)
