@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from study.enrolment.register import Register
@@ -13,8 +14,8 @@ from study.recording.reader import read_recording
 def files_of(register: Register, study: str, pseudonym: str) -> list[Path]:
     """Return the files that hold a participant's data: those noted, and all found in the folder.
 
-    A file in the folder is the participant's by its metadata or its name, whatever made it:
-    parts, unfinished files and salvaged copies too.
+    A file in the folder is the participant's by its metadata, or, where it cannot be read, by the
+    name that a session gave it: parts, unfinished files and salvaged copies too.
     """
     folder = register.folder
     with register.transaction():
@@ -23,18 +24,20 @@ def files_of(register: Register, study: str, pseudonym: str) -> list[Path]:
         ).fetchall()
     found = {folder / row[0] for row in rows}
     for path in folder.glob("*.mcap*"):
-        if path.name.startswith(f"{study}_{pseudonym}_") or _is_of(path, study, pseudonym):
+        if _is_of(path, study, pseudonym):
             found.add(path)
     return sorted(path for path in found if path.is_file())
 
 
 def _is_of(path: Path, study: str, pseudonym: str) -> bool:
-    """Whether a file is a recording of the participant in the study, by what it holds."""
+    """Whether a file is a recording of the participant in the study."""
     try:
         recording = read_recording(path)
-        if recording.metadata.get("participant") != pseudonym:
-            return False
-        toml = recording.attachments.get("protocol.toml", b"").decode()
-        return parse_protocol(toml, path.name).study.name == study
+        if whose := recording.metadata.get("participant"):
+            toml = recording.attachments.get("protocol.toml", b"").decode()
+            return whose == pseudonym and parse_protocol(toml, path.name).study.name == study
     except (StudyError, UnicodeDecodeError):
-        return False
+        pass
+    # The time in it tells P01 from P01_b, whose data must not be erased with those of P01.
+    begins = rf"{re.escape(study)}_{re.escape(pseudonym)}_\d{{8}}T\d{{6}}_"
+    return re.match(begins, path.name) is not None

@@ -266,6 +266,19 @@ def test_sessions_to_go_on_with_are_told_by_how_they_ended(tmp_path: Path) -> No
         who_broke_off(load_protocol("smoke"), tmp_path)
 
 
+def test_nobody_elses_data_are_erased_for_a_name_that_begins_alike(tmp_path: Path) -> None:
+    """P01_b is another participant than P01; a file that cannot be read is told by its name."""
+    own, other = record(tmp_path, "P01", ended=COMPLETE), record(tmp_path, "P01_b", ended=COMPLETE)
+    known_in(tmp_path)
+    unread = [path.with_name(f"{path.stem}_salvaged.mcap") for path in (own, other)]
+    for path in unread:
+        path.write_bytes(b"torn")
+    with Register(tmp_path) as register:
+        assert withdraw(register, "smoke", "P01") == sorted([own, unread[0]])
+    assert other.exists()
+    assert unread[1].exists()
+
+
 def test_an_export_is_erased_too(tmp_path: Path) -> None:
     """What was made from one participant's recording goes with it, wherever it lies."""
     folder, elsewhere = tmp_path / "recordings", tmp_path / "elsewhere" / "scene.mcap"
