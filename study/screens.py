@@ -320,11 +320,11 @@ class KeyTrialScreen:
     """A preflight asks for keys that are held down together.
 
     Attributes:
-        keys: their names, and whether each has arrived.
+        wanted: names of the keys, and whether each has arrived.
         seconds: how long it waits.
     """
 
-    keys: tuple[tuple[str, bool], ...]
+    wanted: tuple[tuple[str, bool], ...]
     seconds: float
 
 

@@ -217,12 +217,14 @@ def test_an_experimenter_ends_a_session(tmp_path: Path) -> None:
         study.wait(PATIENCE_S)
     # That it was ended, and why, is not lost because it went on.
     resumed = load_recordings([folder])
-    rows = deviations.build(resumed).frame
+    every = deviations.build(resumed).frame
+    # A busy disk may have interrupted the recording besides.
+    rows = every[every["code"].isin(["ended_early", "resumed"])].reset_index()
     assert list(rows["code"]) == ["ended_early", "resumed", "ended_early"]
     assert list(rows["kept"]) == [False, True, True]
     assert "fire drill" in rows["text"][0]
     (count,) = [
-        each for each in reconcile(resumed, numbers(len(rows))) if each.table == "deviations"
+        each for each in reconcile(resumed, numbers(len(every))) if each.table == "deviations"
     ]
     assert count.agrees
 

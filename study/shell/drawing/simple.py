@@ -72,10 +72,10 @@ def draw_key_trial(canvas: Canvas, screen: KeyTrialScreen) -> None:
                       seconds=f"{screen.seconds:g}")  # fmt: skip
     row = u(84)
     heights = _words(canvas, title, text)
-    inside = _card(canvas, sum(heights) + u(12 + 28) + row * len(screen.keys) + 2 * u(48))
+    inside = _card(canvas, sum(heights) + u(12 + 28) + row * len(screen.wanted) + 2 * u(48))
     y = _write_words(canvas, inside, title, text) + u(28) + row // 2
-    widest = max(chrome.cap_width(canvas, key, u(60)) for key, _ in screen.keys)
-    for key, arrived in screen.keys:
+    widest = max(chrome.cap_width(canvas, key, u(60)) for key, _ in screen.wanted)
+    for key, arrived in screen.wanted:
         chrome.draw_cap(canvas, key, inside.left, y, u(60))
         canvas.write(
             canvas.say("arrived") if arrived else canvas.say("waited for"),
