@@ -174,7 +174,9 @@ class WatchScreen(Screen[None]):
         silence = 0.0 if self.farewell else time.monotonic() - self._heard
         headline.update(words.headline(status, silence, self.farewell, over=self.over))
         self.query_one("#now", Static).update(words.now(status))
-        self.query_one("#recording", Static).update(words.recording(status, silence))
+        self.query_one("#recording", Static).update(
+            words.recording(status, silence, over=self.over)
+        )
         self.query_one("#timing", Static).update(words.timing(status))
         self.query_one("#fits", Static).update(words.fits(status))
         self.query_one("#deviations", Static).update(

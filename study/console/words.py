@@ -11,6 +11,8 @@ UNSAVED_LIMIT_S = 1.0
 SILENCE_LIMIT_S = 1.0
 """How long a session may say nothing before that is shown red."""
 LATE_SHARE = 0.01
+NO_LIMIT = 1_000_000
+"""Timesteps of a trial that only the ends of its episodes end."""
 STANDING = "bold black on yellow"
 GOOD, CAREFUL, BAD, QUIET = "bold green", "bold yellow", "bold white on red", "dim"
 PHASES = ("practice", "phase 1", "phase 2", "phase 3", "phase 4")
@@ -84,13 +86,25 @@ def now(status: Status) -> Text:
         return text.append("\nNo fleet run under way", QUIET)
     robots = "robot" if trial.robots == 1 else "robots"
     text.append(f"\nTrial {trial.number}, {trial.robots} {robots}, {trial.allocation}\n")
+    if trial.timesteps >= NO_LIMIT:
+        # Episodes end it, whenever that is.
+        return text.append(f"Timestep {trial.timestep}", "bold")
     text.append(f"Timestep {trial.timestep} of {trial.timesteps}", "bold")
     return text.append(f"  {_bar(trial.timestep, trial.timesteps)}")
 
 
-def recording(status: Status, silence_s: float) -> Text:
-    """Return the age of what is not yet on disk; red above a second."""
+def recording(status: Status, silence_s: float, *, over: bool = False) -> Text:
+    """Return the age of what is not yet on disk; red above a second.
+
+    Args:
+        status: what the session said last.
+        silence_s: how long ago.
+        over: whether the session ended, as it should: it says no more of the records since.
+    """
     disk = status.disk
+    if over:
+        text = Text(f"The session has ended after record {disk.sent:,} or later.\n")
+        return text.append("Its terminal says where the recording is.", QUIET)
     # What a session that says nothing has written meanwhile is not known.
     age = disk.unsaved_s + (silence_s if silence_s > SILENCE_LIMIT_S else 0.0)
     text = Text()

@@ -191,6 +191,9 @@ def test_the_end_is_told_from_a_crash(monkeypatch: pytest.MonkeyPatch, how: str)
             wanted = "The session is over" if how == "ended" else "is gone without having ended"
             await until(pilot, lambda: watching(app) and wanted in seen(app, "headline"))
             assert isinstance(app.screen, WatchScreen)
+            # What was not on disk when it was last heard of is not said to be missing.
+            closed = "The session has ended" in seen(app, "recording")
+            assert closed == (how == "ended")
             # The one is said quietly, the other in red.
             assert app.screen.over == (how == "ended")
             await until(pilot, lambda: "p" not in app.screen.active_bindings)
