@@ -1,12 +1,37 @@
-"""Whose recordings are not analysed: withdrawn, excluded by the experimenter, pilots."""
+"""Which recordings are not analysed: of whom withdrew, was excluded or a pilot; unreadable ones."""
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 from study.recording.enrolled import FILE_NAME, not_analysed
 from study.recording.identity import PILOT
 from study.recording.parts import SessionRecording
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class SetAside:
+    """A recording that was given but is not analysed.
+
+    Attributes:
+        file: its name.
+        participant: whose it is; empty if that cannot be read.
+        reason: why it is not analysed.
+        started_utc: when its session began, ISO 8601; empty if that cannot be read.
+        unreadable: whether the file cannot be used; else it is left out on purpose.
+    """
+
+    file: str
+    participant: str
+    reason: str
+    started_utc: str = ""
+    unreadable: bool = False
+
+    def __str__(self) -> str:
+        """One line for the terminal."""
+        what = "Cannot be used" if self.unreadable else "Left out"
+        return f"{what}: {self.file}: {self.reason}"
 
 
 class LeftOut:

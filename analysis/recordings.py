@@ -12,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from analysis.damaged import KnownTrials, broken_trials, unknown_trials
-from analysis.left_out import LeftOut
+from analysis.left_out import LeftOut, SetAside
+from analysis.planned_orders import PlannedOrders
 from analysis.source import RecordingSource
 from study.errors import ProtocolError, RecordingError, StudyError
 from study.events.events import SessionEnded, TrialEnded, TrialStarted
@@ -46,6 +47,7 @@ class Session:
         parts: the files of the session, in order.
         left_out_trials: fleet runs broken off by a crash, which a resume went back behind; they
             are in none of the data here.
+        planned_order: the order of conditions that the plan had; empty if no register tells.
     """
 
     file: str
@@ -60,6 +62,7 @@ class Session:
     unknown_trials: Mapping[int, int] = dataclasses.field(default_factory=dict)
     parts: tuple[Recording, ...] = ()
     left_out_trials: int = 0
+    planned_order: tuple[str, ...] = ()
 
     @property
     def files(self) -> tuple[tuple[str, str], ...]:
@@ -74,25 +77,6 @@ class Session:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class SetAside:
-    """A recording that was given but is not analysed.
-
-    Attributes:
-        file: its name.
-        participant: whose it is; empty if that cannot be read.
-        reason: why it is not analysed.
-        started_utc: when its session began, ISO 8601; empty if that cannot be read.
-        readable: whether nothing is wrong with the file: it is set aside for whose it is.
-    """
-
-    file: str
-    participant: str
-    reason: str
-    started_utc: str = ""
-    readable: bool = True
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
 class StudyRecordings:
     """The sessions of a study, sorted by participant: one a participant.
 
@@ -103,6 +87,11 @@ class StudyRecordings:
 
     sessions: tuple[Session, ...]
     set_aside: tuple[SetAside, ...]
+
+    @property
+    def unreadable(self) -> int:
+        """How many files cannot be used."""
+        return sum(item.unreadable for item in self.set_aside)
 
     @property
     def first(self) -> Session:
@@ -168,7 +157,7 @@ def load_recordings(paths: Sequence[Path], *, pool: bool = False) -> StudyRecord
         # The file is named beside the reason already.
         if reason.startswith(f"{path.name} "):
             reason = f"it{reason.removeprefix(path.name)}"
-        set_aside.append(SetAside(path.name, "", reason, readable=False))
+        set_aside.append(SetAside(path.name, "", reason, unreadable=True))
 
     for path in find_files(paths):
         if is_held(path):
@@ -178,12 +167,13 @@ def load_recordings(paths: Sequence[Path], *, pool: bool = False) -> StudyRecord
             recordings.append(read_recording(path))
         except RecordingError as error:
             leave_out(path, error)
-    register = LeftOut()
+    register, plan = LeftOut(), PlannedOrders()
     for joined in join_parts(recordings):
         try:
             session = open_session(joined.path.name, joined)
             opened, study = session.opened, session.protocol.get("study", {}).get("name", "")
-            reason = register.reason(joined, study, opened.participant, opened.operator_kind)
+            whose = (study, opened.participant, opened.operator_kind)
+            reason = register.reason(joined, *whose)
             if reason:
                 set_aside.append(
                     SetAside(session.file, opened.participant, reason, opened.started_utc)
@@ -194,6 +184,7 @@ def load_recordings(paths: Sequence[Path], *, pool: bool = False) -> StudyRecord
                     session,
                     parts=joined.parts,
                     left_out_trials=joined.left_out_trials,
+                    planned_order=plan.order(joined.path.parent, *whose),
                 )
             )
         except RecordingError as error:

@@ -96,6 +96,8 @@ def _context(results: StudyResults, asked: WhatIf | None) -> dict[str, Any]:
         "direction": summary.direction(results) if len(results.labels) == 2 else "",
         "design": summary.design(results),
         "recorded": summary.recorded(results),
+        "participants_fact": summary.participants_fact(results),
+        "sessions_fact": summary.sessions_fact(results),
         "tiles": summary.tiles(results),
         "reward_figure": reward.figure(results),
         "reward_intervals": inferred(results.cells),

@@ -16,7 +16,7 @@ from analysis.tables.study_tables import StudyTables
 
 
 def open_recordings(paths: list[Path], console: Console, *, pool: bool) -> StudyRecordings:
-    """Open the recordings and say how many there are, and which are set aside.
+    """Open the recordings and say how many there are, and which are not analysed.
 
     Raises:
         StudyError: nothing can be used.
@@ -30,7 +30,7 @@ def open_recordings(paths: list[Path], console: Console, *, pool: bool) -> Study
         if not session.complete:
             console.print(f"Not complete: {session.file}", markup=False, highlight=False)
     for item in study.set_aside:
-        console.print(f"Set aside {item.file}: {item.reason}", markup=False, highlight=False)
+        console.print(str(item), markup=False, highlight=False)
     if len(study.protocol_hashes) > 1:
         count = len(study.protocol_hashes)
         console.print(

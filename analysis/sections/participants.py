@@ -14,6 +14,7 @@ from analysis.formatting import counted, number
 from analysis.recordings import Session
 from analysis.results import StudyResults, rated_items
 from analysis.sections import scored
+from analysis.sections.deviations import told
 from study.events.codes import Phase
 
 
@@ -150,9 +151,7 @@ def _answers(level: str, own: dict[str, pd.DataFrame], results: StudyResults) ->
 
 def _notes(session: Session, results: StudyResults) -> list[str]:
     who = session.opened.participant
-    rows = results.tables.frame("deviations")
-    rows = rows[rows["participant"] == who]
-    notes = [f"{text} ({code})" for code, text in zip(rows["code"], rows["text"], strict=True)]
+    notes = [row.text for row in told(results) if row.participant == who]
     taken = results.tables.frame("notes")
     taken = taken[taken["participant"] == who]
     notes += [

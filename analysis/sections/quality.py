@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
 from analysis.formatting import counted, listed, number
+from analysis.left_out import SetAside
 from analysis.recordings import Session
 from analysis.results import StudyResults
 from analysis.scored_instruments import differing_instruments
-from study.events.events import Deviation
+from analysis.sections.deviations import in_words, told
+from analysis.sections.orders import changed_orders, uneven_orders
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -65,18 +68,20 @@ LONGEST_POLL_GAP_S = 0.1
 
 
 def flags(results: StudyResults) -> list[Flag]:
-    """List exclusions, incomplete sessions, file problems, broken trials and deviations."""
+    """List exclusions, incomplete sessions, file problems, orders, broken trials and deviations."""
     study, data = results.study, results.data
     found = [
         Flag("Left out", item.participant, item.reason, "Not in the tests of team reward")
         for item in results.cells.excluded
     ]
     left_out = {item.participant for item in results.cells.excluded}
+    deviations = told(results)
+    ends = {row.session: row.text for row in deviations if row.kept and row.code == "ended_early"}
     for session in study.sessions:
         who = session.opened.participant
         if not session.complete:
             kept = "Left out" if who in left_out else "Kept; tested without as well"
-            found.append(Flag("Incomplete session", who, _incomplete(session), kept))
+            found.append(Flag("Incomplete session", who, _incomplete(session, ends), kept))
         if session.left_out_trials:
             text = f"{counted(session.left_out_trials, 'fleet run')} broken off, and begun anew"
             found.append(Flag("Broken trial", who, text, "The new ones count"))
@@ -87,6 +92,13 @@ def flags(results: StudyResults) -> list[Flag]:
         found += [
             Flag("Lost records", who, text, "Not in the tests") for text in _lost_in_trials(session)
         ]
+    found += [
+        Flag("Order", who, text, "Analysed as run")
+        for who, text in changed_orders(study, results.facts)
+    ]
+    uneven = uneven_orders(study, results.facts)
+    if uneven:
+        found.append(Flag("Order", "all", f"Not balanced: {uneven}", "Analysed as run"))
     departed = data.departures
     for who, condition in sorted(
         {*zip(departed["participant"], departed["condition"], strict=True)}
@@ -116,26 +128,18 @@ def flags(results: StudyResults) -> list[Flag]:
         text = f"Trial {trial} under {label}: rule {rule} ({str(codes).replace(',', ', ')})"
         found.append(Flag("Excluded trial", str(who), text, "Not in the tests"))
     gone = set(zip(left["session"].astype("str"), left["trial_id"], strict=True))
-    deviations = results.tables.frame("deviations")
-    for who, session_id, trial_id, part_of_it, code, text in zip(
-        deviations["participant"],
-        deviations["session"].astype("str"),
-        deviations["trial_id"],
-        deviations["kept"],
-        deviations["code"],
-        deviations["text"],
-        strict=True,
-    ):
-        if code == "ended_early" and part_of_it:
-            # That the session is incomplete, and why, is said above.
-            continue
-        kept = "Its trial is not in the tests" if (session_id, trial_id) in gone else "Kept"
-        if not part_of_it:
+    for row in deviations:
+        if row.kept and row.code == "ended_early":
+            continue  # The row of the incomplete session says so.
+        kept = "Its trial is not in the tests" if (row.session, row.trial_id) in gone else "Kept"
+        if not row.kept:
             kept = "The session was resumed, from before it"
-        found.append(Flag("Deviation", str(who), f"{text} ({code})", kept))
+        found.append(Flag("Deviation", row.participant, row.text, kept))
     found += _doubtful_scores(results)
     found += [
-        Flag("Set aside", item.participant or item.file, item.reason, "Not read further")
+        Flag("File", item.participant or item.file, item.reason, "Cannot be used")
+        if item.unreadable
+        else Flag("File left out", item.participant or item.file, _with_file(item), "Not analysed")
         for item in study.set_aside
     ]
     if len(study.protocol_hashes) > 1:
@@ -163,17 +167,18 @@ def _doubtful_scores(results: StudyResults) -> list[Flag]:
     return found
 
 
-def _incomplete(session: Session) -> str:
+def _with_file(item: SetAside) -> str:
+    """Give the reason why a file is left out; name the file where the row names a participant."""
+    return f"{item.file}: {item.reason}" if item.participant else item.reason
+
+
+def _incomplete(session: Session, ends: Mapping[str, str]) -> str:
+    """Say why a session is not complete, by its recorded deviation where there is one."""
     if session.ended is None:
         return "Its end is not recorded"
     if session.ended.complete:
         return "Every stage was passed, but records are missing"
-    early = [
-        record.text
-        for _, record in session.recording.records(Deviation.topic)
-        if isinstance(record, Deviation) and record.code == "ended_early"
-    ]
-    return f"Ended early: {early[-1] if early else session.ended.reason}"
+    return ends.get(session.opened.session_id) or in_words("ended_early", session.ended.reason)
 
 
 def rules(results: StudyResults) -> list[RuleRow]:

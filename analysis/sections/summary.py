@@ -20,6 +20,7 @@ from analysis.formatting import (
 )
 from analysis.results import StudyResults
 from analysis.sections import effects
+from analysis.sections.deviations import told
 from analysis.statistics.result import ALPHA, EffectResult, Refusal
 
 
@@ -145,6 +146,25 @@ def design(results: StudyResults) -> str:
     return f"Within-subjects study: {compared}, {counted(len(orders), 'order')}{amount}."
 
 
+def participants_fact(results: StudyResults) -> str:
+    """Say how many participants this page is about, and how many were planned."""
+    here, planned = len(results.study.sessions), results.facts.planned_participants
+    return f"{here} in this report, {planned} planned" if planned else f"{here} in this report"
+
+
+def sessions_fact(results: StudyResults) -> str:
+    """Say how many of their sessions are complete, and how many files are not analysed."""
+    study = results.study
+    complete = sum(session.complete for session in study.sessions)
+    parts = [f"{complete} of {len(study.sessions)} complete"]
+    left_out = len(study.set_aside) - study.unreadable
+    if left_out:
+        parts.append(f"{counted(left_out, 'file')} left out")
+    if study.unreadable:
+        parts.append(f"{counted(study.unreadable, 'file')} unreadable")
+    return ", ".join(parts)
+
+
 def tiles(results: StudyResults) -> list[Tile]:
     """Count what a reader wants to know before trusting a result."""
     study, data, facts = results.study, results.data, results.facts
@@ -155,17 +175,15 @@ def tiles(results: StudyResults) -> list[Tile]:
     expected = (facts.planned_trials or 0) * conditions * planned
     trials = len(data.trials)
     excluded = results.cells.excluded
-    deviations = len(results.tables["deviations"])
+    deviations = len(told(results))
     skipped = int(results.tables.frame("timing")["skipped"].sum())
-    unreadable = sum(not item.readable for item in study.set_aside)
-    faulty = sum(bool(s.recording.problems) for s in sessions) + unreadable
-    aside = len(study.set_aside) - unreadable
+    faulty = sum(bool(s.recording.problems) for s in sessions) + study.unreadable
     broken = len(data.broken_trials) + sum(s.left_out_trials for s in sessions)
     missing = max(0, expected - trials)
     return [
         Tile(
             str(complete),
-            f"of {len(sessions)} recorded",
+            f"of {len(sessions)}",
             "sessions complete",
             complete == len(sessions) == planned,
             _sessions_in_words(len(sessions), complete, planned),
@@ -214,19 +232,16 @@ def tiles(results: StudyResults) -> list[Tile]:
             "",
             "files with problems",
             faulty == 0,
-            f"{aside} more set aside"
-            if aside
-            else "all files whole"
-            if faulty == 0
-            else "listed below",
+            "all files whole" if faulty == 0 else "listed below",
             "quality",
         ),
     ]
 
 
 def _sessions_in_words(count: int, complete: int, planned: int) -> str:
-    if complete < count:
-        return f"{count - complete} incomplete"
+    parts = [f"{count - complete} incomplete"] if complete < count else []
     if count > planned:
-        return f"{count - planned} more than planned"
-    return "all complete" if count == planned else f"{planned - count} not recorded"
+        parts.append(f"{count - planned} more than planned")
+    elif count < planned:
+        parts.append(f"{planned - count} of {planned} planned not recorded")
+    return "; ".join(parts) or "all complete"

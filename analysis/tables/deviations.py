@@ -39,8 +39,8 @@ _TOPICS: Final = (
 )
 
 
-_WHO: Final = {"operator": "by the operator", "experimenter": "by the experimenter"}
-"""Reasons of pauses that are somebody's, in words."""
+_WHO: Final = {"operator": "participant"}
+"""Reasons of a pause that are recorded as one word and are another everywhere else."""
 
 
 def build(study: StudyRecordings) -> Table:

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from study.enrolment.participants import HOLDING, Participant
 
-_DROPPED = ("since", "sessions")
+_DROPPED = ("changed, UTC", "sessions")
 """Columns that a narrow terminal goes without, the first first; --json has them all."""
 _FRAME = 3
 """What a column takes beside its cells; the frame's end is one more."""
@@ -25,11 +25,11 @@ def participants_table(found: Sequence[Participant], width: int) -> Table:
     """
     columns = {
         "slot": [_slot(each) for each in found],
-        "participant": [each.pseudonym for each in found],
+        "pseudonym": [each.pseudonym for each in found],
         "state": [each.shown_state for each in found],
         "order": [", ".join(each.order) for each in found],
         "sessions": [str(each.visits) for each in found],
-        "since": [each.changed_utc.replace("T", " ")[:16] for each in found],
+        "changed, UTC": [each.changed_utc.replace("T", " ")[:16] for each in found],
         "remarks": ["; ".join(filter(None, (each.reason, each.note))) for each in found],
     }
     if not any(columns["remarks"]):
@@ -44,7 +44,7 @@ def participants_table(found: Sequence[Participant], width: int) -> Table:
         caption="\n".join(_balance(study, found) for study in studies),
     )
     for name, needed in least.items():
-        whole = name == "participant"
+        whole = name == "pseudonym"
         table.add_column(name, min_width=needed if whole else None, no_wrap=whole, overflow="fold")
     for row in zip(*(columns[name] for name in least), strict=True):
         table.add_row(*map(escape, row))

@@ -119,7 +119,7 @@ def open_sessions(recordings: list[Path], *, pool: bool = False) -> list[ChoiceS
 
     study = load_recordings(recordings, pool=pool)
     for item in study.set_aside:
-        errors.print(f"Set aside {escape(item.file)}: {escape(item.reason)}")
+        errors.print(escape(str(item)))
     return [
         open_choices(session.opened, session.recording, session.files, session.trials)
         for session in study.sessions

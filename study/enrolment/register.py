@@ -16,7 +16,7 @@ from study.enrolment.pseudonyms import draw_pseudonym
 from study.enrolment.refusals import refuse_another_session, withdrawn
 from study.errors import StudyError
 from study.orders import least_used_order
-from study.recording.enrolled import tombstones
+from study.recording.enrolled import PLAN_HAD, tombstones
 
 
 class Register(Ledger):
@@ -88,7 +88,7 @@ class Register(Ledger):
                 (study, pseudonym, slot, ",".join(ran), int(pilot), now_utc()),
             )
             self.lease(study, pseudonym)
-            overruled = f", by hand; the plan had {','.join(planned)}" if ran != planned else ""
+            overruled = f", {PLAN_HAD}{','.join(planned)}" if ran != planned else ""
             self.note_history(
                 study, pseudonym, "reserved", f"slot {slot}, order {','.join(ran)}{overruled}"
             )

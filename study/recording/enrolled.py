@@ -1,4 +1,4 @@
-"""What lies beside recordings and says whose are not to be analysed.
+"""What lies beside recordings and says whose are not to be analysed, and what order the plan had.
 
 The register of participants is written by `study.enrolment`; here it is only read, as analysis
 does. Tombstones of those who withdrew lie in a text file of their own, so that they outlive the
@@ -11,6 +11,7 @@ import json
 import sqlite3
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 from study.errors import StudyError
 from study.whole_file import replace_text
@@ -20,6 +21,8 @@ TOMBSTONES = "withdrawn.json"
 APPLICATION_ID = 0x53415031
 """Stamps the register as ours: "SAP1"."""
 VERSION = 1
+PLAN_HAD = "by hand; the plan had "
+"""In the history of who got an order by hand; what follows is the plan's, by commas."""
 _LIMIT = 16 << 20
 
 
@@ -79,23 +82,49 @@ def not_analysed(folder: Path) -> dict[tuple[str, str], str]:
 
 
 def _marked(path: Path) -> list[tuple[tuple[str, str], str]]:
+    query = "SELECT study, pseudonym, state, reason, pilot FROM participants"
+    return [
+        ((study, pseudonym), f"excluded by the experimenter: {reason}")
+        if state == "excluded"
+        else ((study, pseudonym), "a pilot session")
+        for study, pseudonym, state, reason, pilot in _rows(path, query)
+        if state == "excluded" or pilot
+    ]
+
+
+def planned_orders(folder: Path) -> dict[tuple[str, str], tuple[str, ...]]:
+    """Return (study, pseudonym) to the order that the plan had for that participant.
+
+    Of a register made anew from recordings it is the order that they say was run.
+
+    Raises:
+        StudyError: the register cannot be read.
+    """
+    query = (
+        "SELECT participants.study, participants.pseudonym, run_order, detail FROM participants "
+        "LEFT JOIN history ON history.study = participants.study "
+        "AND history.pseudonym = participants.pseudonym AND what = 'reserved' "
+        "AND instr(detail, ?) ORDER BY number DESC"
+    )
+    # The first of a participant's lines counts: it is read last.
+    return {
+        (study, pseudonym): tuple((detail.partition(PLAN_HAD)[2] if detail else run).split(","))
+        for study, pseudonym, run, detail in _rows(folder / FILE_NAME, query, PLAN_HAD)
+        if run
+    }
+
+
+def _rows(path: Path, query: str, *values: str) -> list[tuple[Any, ...]]:
+    """Ask the register; nothing is answered where there is none."""
     if not path.is_file() or not path.stat().st_size:
         return []
-    query = "SELECT study, pseudonym, state, reason, pilot FROM participants"
     try:
         with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as register:
             if register.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
                 return []
-            rows = register.execute(query).fetchall()
+            return register.execute(query, values).fetchall()
     except sqlite3.Error as error:
         raise StudyError(
             f"the register {path} cannot be read: {error}",
             "It says who is not to be analysed. Mend it, or move it away to do without.",
         ) from error
-    return [
-        ((study, pseudonym), f"excluded by the experimenter: {reason}")
-        if state == "excluded"
-        else ((study, pseudonym), "a pilot session")
-        for study, pseudonym, state, reason, pilot in rows
-        if state == "excluded" or pilot
-    ]

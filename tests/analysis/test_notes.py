@@ -102,4 +102,4 @@ def test_a_pause_of_the_experimenter_is_told_from_others(study: StudyRecordings)
     rows = StudyTables(study).frame("deviations")
     rows = rows[rows["participant"] == "P01"]
     assert list(rows["code"])[:2] == ["experimenter_paused", "paused"]
-    assert list(rows["text"])[1] == "Stood still for 3.0 s: by the experimenter"
+    assert list(rows["text"])[1] == "Stood still for 3.0 s: experimenter"

@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from analysis.left_out import SetAside
 from analysis.plan_status import plan_status
-from analysis.recordings import Session, SetAside, StudyRecordings
+from analysis.recordings import Session, StudyRecordings
 from study.commands import main as command
 from study.commands.composing import _described, lock_warning
 from study.commands.lock import make_lock

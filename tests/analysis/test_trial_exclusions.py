@@ -104,5 +104,5 @@ def test_the_report_names_them(study: StudyRecordings) -> None:
         "Not in the tests",
     ) in texts
     treatments = {text: treatment for kind, text, treatment in texts if kind == "Deviation"}
-    assert treatments["part 3 goes on (resumed)"] == "Its trial is not in the tests"
-    assert treatments["disk full (recording_interrupted)"] == "Kept"
+    assert treatments["Resumed: part 3 goes on"] == "Its trial is not in the tests"
+    assert treatments["Recording interrupted: disk full"] == "Kept"

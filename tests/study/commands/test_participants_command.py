@@ -50,6 +50,20 @@ def test_a_folder_and_a_protocol(folder: Path) -> None:
     ]
 
 
+def test_the_table_uses_the_words_of_the_json(folder: Path) -> None:
+    """Headings are the JSON's keys, but for those that the guide names."""
+    participants("exclude", "pilot1", folder, "--reason", "fell ill")
+    shown = participants(folder).stdout
+    (row,) = json.loads(participants("pilot", "-o", folder, "--json").stdout)
+    named = {"visits": "sessions", "changed_utc": "changed, UTC", "reason": "remarks"}
+    for key in ("slot", "pseudonym", "state", "order", *named):
+        assert key in row
+        assert f" {named.get(key, key)} " in shown
+    assert "since" not in shown
+    guide = Path("docs/how-to/enrol-participants.md").read_text(encoding="utf-8")
+    assert all(f"`{key}`" in guide for key in named)
+
+
 @pytest.mark.parametrize("width", [70, 80, 140])
 def test_pseudonyms_are_whole_at_every_width(tmp_path: Path, width: int) -> None:
     """The longest there can be, in the narrowest terminal; other columns wrap or are left out."""
@@ -64,7 +78,7 @@ def test_pseudonyms_are_whole_at_every_width(tmp_path: Path, width: int) -> None
     assert f" {longest} " in shown
     assert "complete" in shown
     assert "\N{HORIZONTAL ELLIPSIS}" not in shown
-    assert ("since" in shown) == (width == 140)
+    assert ("changed" in shown) == (width == 140)
     assert max(len(line) for line in shown.splitlines()) <= width
 
 
