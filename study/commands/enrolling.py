@@ -17,7 +17,7 @@ from study.enrolment.importing import NOT_UNDERSTOOD, bring_in_step
 from study.enrolment.participants import HOLDING, Participant
 from study.enrolment.pseudonyms import check_participant, refuse_name
 from study.enrolment.register import Register
-from study.enrolment.withdrawing import withdraw
+from study.enrolment.withdrawing import unlink, withdraw
 from study.errors import StudyError
 from study.loading import LoadedProtocol
 from study.orders import possible_orders
@@ -27,6 +27,7 @@ BY_HAND = (
     "make those of several participants anew, and erase copies and backups."
 )
 """What the program cannot erase: it does not know where that is."""
+_REMOVE = "The participant asked for it: remove the file by hand."
 
 
 def assign(
@@ -60,11 +61,11 @@ def assign(
     chosen = parse_order(order, conditions)
     with Register(folder) as register:
         bring_in_step(register)
-        # Who took part before under such an id still can.
-        if participant and register.find(loaded.protocol.study.name, participant) is None:
-            refuse_name(participant)
+        if participant:
+            _refuse_new_name(register, loaded, participant)
         orders = possible_orders(conditions, loaded.protocol.phase_three.order)
-        planned = register.expected_order(
+        # Asked for only where it is to be told that another one was set.
+        planned = chosen and register.expected_order(
             loaded.protocol.study.name, orders, participant, pilot=pilot
         )
         reserved = register.reserve(
@@ -84,6 +85,12 @@ def assign(
         pilot=reserved.pilot,
         remark=_by_hand(reserved.order, planned) if chosen else "",
     )
+
+
+def _refuse_new_name(register: Register, loaded: LoadedProtocol, participant: str) -> None:
+    """Refuse what looks like a name; who took part before under such an id still can."""
+    if register.find(loaded.protocol.study.name, participant) is None:
+        refuse_name(participant)
 
 
 def _by_hand(order: Sequence[str], planned: Sequence[str]) -> str:
@@ -111,8 +118,7 @@ def foreseen(
     conditions = [condition.name for condition in loaded.protocol.conditions]
     with Register(folder) as register:
         bring_in_step(register)
-        if register.find(loaded.protocol.study.name, participant) is None:
-            refuse_name(participant)
+        _refuse_new_name(register, loaded, participant)
         order = register.expected_order(
             loaded.protocol.study.name,
             possible_orders(conditions, loaded.protocol.phase_three.order),
@@ -264,7 +270,7 @@ class Enrolled:
                 erased = withdraw(register, self._study, self._participant)
         except StudyError as error:
             # What was recorded just now goes all the same: for that no register is needed.
-            _unlink(paths)
+            unlink(paths, _REMOVE)
             raise StudyError(
                 f"not all data of {self._participant} could be erased, as the participant asked: "
                 f"{error.message}",
@@ -272,23 +278,12 @@ class Enrolled:
                 f"{error.hint}".rstrip(),
             ) from error
         # A recording that went on in another folder is not the register's.
-        _unlink(paths)
+        unlink(paths, _REMOVE)
         files = len({*erased, *paths})
         errors.print(
             f"{self._participant} had all data erased: {files} file{'s' * (files != 1)}. A "
             f"tombstone is kept: pseudonym and time.\n{BY_HAND}"
         )
-
-
-def _unlink(paths: Sequence[Path]) -> None:
-    for path in paths:
-        try:
-            path.unlink(missing_ok=True)
-        except OSError as error:
-            raise StudyError(
-                f"{path} could not be erased: {error.strerror}",
-                "The participant asked for it: remove the file by hand.",
-            ) from error
 
 
 def _warn(error: StudyError) -> None:

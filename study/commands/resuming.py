@@ -109,9 +109,9 @@ def find_boundary(loaded: LoadedProtocol, participant: str, folder: Path) -> Bou
     """
     _wait_for_writers(folder, loaded, participant)
     recording = last_session(loaded, participant, folder)
-    if recording is None and participant in tombstones(folder).get(loaded.protocol.study.name, {}):
-        raise withdrawn(participant)
     if recording is None:
+        if participant in tombstones(folder).get(loaded.protocol.study.name, {}):
+            raise withdrawn(participant)
         raise StudyError(
             f'no recording of participant "{participant}" in the study '
             f"{loaded.protocol.study.name} in {folder}",

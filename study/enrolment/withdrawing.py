@@ -6,6 +6,7 @@ again finishes it, and analysis leaves the participant out from the first moment
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from study.enrolment.files import files_of
@@ -45,14 +46,7 @@ def withdraw(register: Register, study: str, pseudonym: str) -> list[Path]:
         except StudyError as error:
             # That they are counted matters less than that the data go.
             uncounted = error
-    for path in files:
-        try:
-            path.unlink(missing_ok=True)
-        except OSError as error:
-            raise StudyError(
-                f"{path} could not be erased: {error.strerror}",
-                "The rest is noted. Mend that, and say the same again.",
-            ) from error
+    unlink(files, "The rest is noted. Mend that, and say the same again.")
     with register.transaction():
         register.connection.execute(
             "DELETE FROM files WHERE study = ? AND pseudonym = ?", (study, known.pseudonym)
@@ -60,6 +54,23 @@ def withdraw(register: Register, study: str, pseudonym: str) -> list[Path]:
     if uncounted is not None:
         raise uncounted
     return files
+
+
+def unlink(files: Iterable[Path], advice: str) -> None:
+    """Erase files, those that are gone already included.
+
+    Args:
+        files: in the order in which they go.
+        advice: what to do where one cannot be erased.
+
+    Raises:
+        StudyError: that is so; the message names it.
+    """
+    for path in files:
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise StudyError(f"{path} could not be erased: {error.strerror}", advice) from error
 
 
 def leave_tombstone(register: Register, study: str, pseudonym: str) -> None:
