@@ -15,6 +15,7 @@ from typing import Any
 from patience import PATIENCE_S
 from protocols import ROOT
 from study.errors import StudyError
+from study.recording.enrolled import FILE_NAME
 from study.recording.parts import read_session
 from study.recording.reader import read_recording
 
@@ -56,6 +57,21 @@ def shown(folder: Path) -> list[dict[str, Any]]:
     return rows
 
 
+def until_running(folder: Path, studies: list[subprocess.Popen[str]]) -> None:
+    """Wait until as many sessions run as were started."""
+    end = time.monotonic() + PATIENCE_S
+    while True:
+        for study in studies:
+            assert study.poll() is None, study.communicate()[0]
+        # Nothing is shown before the first of them has made the register.
+        if (folder / FILE_NAME).exists():
+            running = [row for row in shown(folder) if row["state"] == "running"]
+            if len(running) == len(studies):
+                return
+        assert time.monotonic() < end
+        time.sleep(0.1)
+
+
 def until_recorded(folder: Path, study: subprocess.Popen[str], name: str) -> None:
     """Wait until the file of that name's end holds records."""
     end = time.monotonic() + PATIENCE_S
@@ -74,11 +90,7 @@ def test_two_at_once_one_killed_and_resumed(tmp_path: Path) -> None:
     """Both get a slot and an order of their own; the outcome of each is written back."""
     studies = [begin(tmp_path), begin(tmp_path, "--participant", "P01")]
     try:
-        for study in studies:
-            end = time.monotonic() + PATIENCE_S
-            while len([row for row in shown(tmp_path) if row["state"] == "running"]) < 2:
-                assert study.poll() is None, study.communicate()[0]
-                assert time.monotonic() < end
+        until_running(tmp_path, studies)
         rows = shown(tmp_path)
         assert sorted(row["slot"] for row in rows) == [1, 2]
         assert sorted(row["order"] for row in rows) == [
