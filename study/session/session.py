@@ -55,6 +55,7 @@ from study.session.fitting import take_preparation
 from study.session.opening import questionnaires_of, texts_of
 from study.session.plan import FitPlan, PagesPlan, StagePlan
 from study.session.robot_reports import take_report
+from study.session.rules import TRIAL_OF_END
 from study.session.sequence import stage_plans
 from study.session.stage import Stage
 from study.session.stages import make_stage
@@ -329,14 +330,15 @@ class Session:
         out.effects.append(Show(self._stage.screen()))
 
     def _end_early(self, t_ns: int, reason: str, out: Outbox) -> None:
-        plan = self._plans[self._index]
+        plan, context = self._plans[self._index], self._context
         if isinstance(plan, PagesPlan) and plan.name == "thanks":
             self._finish(t_ns, "complete", out, complete=True)
             return
         if self._stage:
             self._stage.break_off(t_ns, out)
+        trial_id = self._trial_id if context and context.rules >= TRIAL_OF_END else -1
         where = f"{plan.name}, phase {int(plan.place.phase)}"
-        out.events.append(Deviation(t_ns, "ended_early", f"{reason}; at stage {where}", -1))
+        out.events.append(Deviation(t_ns, "ended_early", f"{reason}; at stage {where}", trial_id))
         self._finish(t_ns, reason, out, complete=False)
 
     def _finish(self, t_ns: int, reason: str, out: Outbox, *, complete: bool) -> None:

@@ -13,7 +13,7 @@ from study.session.context import Context, Outbox
 from study.session.effects import EnsureDurable, Show
 from study.session.page_texts import block_finished
 from study.session.plan import Place, SurveyPlan
-from study.session.rules import DEAD_TIME
+from study.session.rules import CORRECTING_DIGITS, DEAD_TIME
 from study.session.stage import QuietStage
 
 _DEAD_TIME_NS = 500_000_000
@@ -39,6 +39,7 @@ class Form(QuietStage):
         self._answers = Answers(questionnaire)
         self._page = range(min(len(questionnaire.items), questionnaire.items_per_page))
         self._focus = 0
+        self._chosen_last: int | None = None
         self._entered_ns = 0
         self._deaf_until_ns = 0
         self._reminder = ""
@@ -80,7 +81,12 @@ class Form(QuietStage):
         kind = self._questionnaire.items[self._focused].kind if on_item else ""
         if key == keys.confirm:
             return self._confirm(t_ns, out)
-        if kind != "text" and len(key) == 1 and key.isascii() and key.isdecimal():
+        digit = len(key) == 1 and key.isascii() and key.isdecimal()
+        if digit and not on_item and self._chosen_last is not None and self._next_open() == count:
+            # Who has answered all, and presses another digit, has changed their mind.
+            self._focus = self._chosen_last
+            on_item, kind = True, self._questionnaire.items[self._focused].kind
+        if kind != "text" and digit:
             if on_item and self._set_digit(int(key), t_ns, out) and kind != "number":
                 self._focus = self._next_open(stays=self._questionnaire.high > 9)
         elif key in (keys.left, keys.right) and on_item:
@@ -135,6 +141,9 @@ class Form(QuietStage):
         self._reminder = ""
         if not changed or self._context.rules < 1:
             return
+        if self._context.rules >= CORRECTING_DIGITS:
+            chosen = self._questionnaire.items[place].kind in ("scale", "choice")
+            self._chosen_last = place - self._page.start if chosen else None
         value = self._answers.value(place)
         out.events.append(
             AnswerChanged(
@@ -173,6 +182,7 @@ class Form(QuietStage):
         out.effects.append(EnsureDurable())
         if following:
             self._page, self._focus, self._entered_ns = following, 0, t_ns
+            self._chosen_last = None
             return False
         self._score(t_ns, out)
         return True

@@ -13,6 +13,7 @@ from study.errors import StudyError
 from study.events.events import Deviation, SessionEnded, TrialEnded
 from study.events.inputs import QuitRequested, TimestepDue
 from study.screens import EndScreen
+from study.session.rules import TRIAL_OF_END
 from study.session.session import Session
 
 
@@ -39,6 +40,18 @@ def test_first_input_opens() -> None:
     """Nothing can come before SessionOpened."""
     with pytest.raises(StudyError, match="not SessionOpened"):
         Session().handle(TimestepDue(0, 0))
+
+
+def test_older_recordings_end_early_in_no_trial() -> None:
+    """As they were recorded; in a stage without a trial there is none in newer ones either."""
+    for rules, at_trial in ((TRIAL_OF_END - 1, True), (TRIAL_OF_END, False)):
+        shell = FakeShell(dataclasses.replace(opened(short_study()), rules=rules))
+        if at_trial:
+            shell.go_to_trial(2)
+            shell.step()
+        shell.feed(QuitRequested(shell.later(), "window closed"))
+        ends = [event for event in shell.events if isinstance(event, Deviation)]
+        assert ends[-1].trial_id == -1
 
 
 @pytest.mark.parametrize("key", ["return", "escape"])
@@ -75,5 +88,6 @@ def test_stopping_in_a_trial_closes_it_as_incomplete() -> None:
     assert isinstance(deviation, Deviation)
     assert deviation.code == "ended_early"
     assert "phase 2" in deviation.text
+    assert deviation.trial_id == trial.trial_id
     assert isinstance(ended, SessionEnded)
     assert not ended.complete
