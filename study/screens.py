@@ -309,10 +309,16 @@ class PauseScreen:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class EndScreen:
-    """The last screen; any of Enter and Escape closes it."""
+    """The last screen; any of Enter and Escape closes it.
+
+    Attributes:
+        title, text: the last words.
+        achieved: whether all was done that was to be done: it is marked by a tick.
+    """
 
     title: str
     text: str
+    achieved: bool = True
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

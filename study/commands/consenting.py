@@ -6,6 +6,7 @@ import dataclasses
 import time
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Literal
 
 from study.enrolment.not_taking_part import count
 from study.loading import LoadedProtocol
@@ -28,8 +29,10 @@ class Given:
     utc: str = ""
 
 
-def ask_for_consent(loaded: LoadedProtocol, window: Window, folder: Path) -> Given | None:
-    """Show the text until it is agreed to or declined; None if declined or closed.
+def ask_for_consent(
+    loaded: LoadedProtocol, window: Window, folder: Path
+) -> Given | Literal["declined", "closed"]:
+    """Show the text until it is agreed to or declined, or the window is closed.
 
     Args:
         loaded: the protocol, which has a consent text.
@@ -45,7 +48,7 @@ def ask_for_consent(loaded: LoadedProtocol, window: Window, folder: Path) -> Giv
         for raw in window.poll():
             decision = ""
             if isinstance(raw, RawClose):
-                return None
+                return "closed"
             if isinstance(raw, RawKey) and raw.down:
                 decision = consent.key(raw.key)
             elif isinstance(raw, RawPointer):
@@ -55,7 +58,7 @@ def ask_for_consent(loaded: LoadedProtocol, window: Window, folder: Path) -> Giv
                 return Given(consent_sha256(part), utc)
             if decision == "declined":
                 count(folder, loaded.protocol.study.name, "declined")
-                return None
+                return "declined"
             window.show(consent.screen())
         window.draw(time.perf_counter_ns() - began)
         window.wait(1 / window.refresh_hz)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.markup import escape
@@ -15,14 +15,18 @@ from study.commands.composing import lock_warning
 from study.commands.kept_folder import check_kept
 from study.commands.preflight import preflight_before
 from study.commands.recorded_scorers import parse_overrides
-from study.commands.terminal import console, errors, shown_path
+from study.commands.terminal import console, errors, shown_path, tell
 from study.enrolment.importing import NOT_UNDERSTOOD
 from study.enrolment.pseudonyms import check_participant
 from study.errors import StudyError
 from study.foxglove.live_tap import DEFAULT_PORT, LOOPBACK, LiveTap, require_live
 from study.loading import load_protocol
+from study.messages import messages_for
 from study.output_option import folder_wanted
 from study.shell.pygame_check import require_pygame_ce
+
+if TYPE_CHECKING:
+    from study.commands.enrolling import Finished
 
 
 def run(
@@ -84,6 +88,7 @@ def run(
         run_session,
     )
     from study.shell.fleet import check_installed  # noqa: PLC0415
+    from study.shell.last_words import LastWords  # noqa: PLC0415
     from study.shell.window import check_size, check_ui_scale  # noqa: PLC0415
 
     require_pygame_ce()
@@ -122,32 +127,56 @@ def run(
         enrolling.tell_place(loaded, assignment, output)
         session = partial(run_session, loaded, assignment, output, enrolled=enrolled)
         order_note = assignment.remark
-    with enrolled, _live_view(live_host, live_port, wanted=live) as tap:
-        seat = Seat(
-            window_size,
-            fullscreen=fullscreen,
-            ui_scale=ui_scale,
-            tap=tap,
-            lsl=lsl,
-            remark=before.remark,
-            notes=tuple(filter(None, (before.note, order_note))),
-        )
-        finished = session(seat=seat, scorers=scorers)
-        enrolled.write_back(finished)
-    if finished.outcome in ("declined", "erased"):
-        if finished.outcome == "declined":
-            errors.print("[yellow]No recording: the participant did not consent.[/]")
+    last_words = LastWords(messages_for(loaded.protocol.study.language))
+    with closing(last_words):
+        try:
+            with enrolled, _live_view(live_host, live_port, wanted=live) as tap:
+                seat = Seat(
+                    window_size,
+                    fullscreen=fullscreen,
+                    ui_scale=ui_scale,
+                    tap=tap,
+                    lsl=lsl,
+                    remark=before.remark,
+                    notes=tuple(filter(None, (before.note, order_note))),
+                    last_words=last_words,
+                )
+                finished = session(seat=seat, scorers=scorers)
+                enrolled.write_back(finished)
+        except StudyError as error:
+            if not last_words.awaited:
+                raise
+            # Told before the participant's window is waited for, not after.
+            tell(error)
+            last_words.wait()
+            raise typer.Exit(error.exit_status) from error
+        _tell_outcome(finished)
+        if finished.outcome == "erased":
+            last_words.say("erased")
+        if last_words.awaited:
+            console.print("The participant's window is closed by Enter.")
+        last_words.wait()
+    if finished.outcome != "complete":
         raise typer.Exit(3)
+
+
+def _tell_outcome(finished: Finished) -> None:
+    """Print what a session came to."""
+    if finished.outcome == "erased":
+        return
+    if finished.outcome == "declined":
+        errors.print("[yellow]No recording: the participant did not consent.[/]")
+        return
     for path in finished.paths:
         console.print(f"Recorded in {shown_path(path)}")
-    if finished.outcome != "complete":
-        go_on = "To go on where it broke off, say the same with --resume."
-        if finished.reason == NOT_UNDERSTOOD:
-            go_on = f"The participant is excluded: {finished.reason}."
-        errors.print(
-            f"[yellow]The session was ended early; the recording holds what there was.[/] {go_on}"
-        )
-        raise typer.Exit(3)
+    if finished.outcome == "complete":
+        return
+    go_on = "To go on where it broke off, say the same with --resume."
+    if finished.reason == NOT_UNDERSTOOD:
+        go_on = f"The participant is excluded: {finished.reason}."
+    errors.print(
+        f"[yellow]The session was ended early; the recording holds what there was.[/] {go_on}"
+    )
 
 
 @contextmanager

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack, closing
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import Literal
 
@@ -29,6 +29,7 @@ from study.commands.resuming import (
     find_end,
 )
 from study.commands.terminal import errors
+from study.errors import RecordingFailedError
 from study.events.events import Event, SessionEnded
 from study.events.experimenter_records import ExperimenterCommanded
 from study.events.inputs import Input, SessionOpened
@@ -44,6 +45,7 @@ from study.session.session import Session
 from study.shell.conductor import Conductor
 from study.shell.fitting import ProcessFitter
 from study.shell.fleet import check_live, open_emergency, open_fleet
+from study.shell.last_words import Ending, LastWords
 from study.shell.live_loop import LiveClock, LiveLoop
 from study.shell.lsl import LslOutlet
 from study.shell.markers import MarkerPublisher
@@ -62,6 +64,8 @@ class Seat:
         lsl: whether markers are published to Lab Streaming Layer.
         remark: recorded when the session begins; empty for none.
         notes: the experimenter's first notes, taken when the session begins.
+        last_words: keeps the window open where the session ends before its last screen; None
+            closes it at once.
     """
 
     size: tuple[int, int] | None = None
@@ -71,6 +75,28 @@ class Seat:
     lsl: bool = False
     remark: str = ""
     notes: tuple[str, ...] = ()
+    last_words: LastWords | None = None
+
+    @contextmanager
+    def holding(self, window: Window) -> Iterator[Window]:
+        """Leave a window in the end; where the recording failed it says so."""
+        try:
+            yield window
+        except RecordingFailedError:
+            self.end_with(window, "failed")
+            raise
+        finally:
+            self.leave(window)
+
+    def leave(self, window: Window) -> None:
+        """Close a window, unless last words keep it."""
+        if self.last_words is None or not self.last_words.keeps(window):
+            window.close()
+
+    def end_with(self, window: Window, ending: Ending) -> None:
+        """Let last words keep a window that is held, if there are any."""
+        if self.last_words is not None:
+            self.last_words.keep(window, ending)
 
     def open_window(self, study: StudyPart) -> Window:
         """Open the window under the study's title, in its language.
@@ -120,7 +146,7 @@ def run_session(
     if loaded.protocol.consent:
         # Nothing may be written before it, so the window opens before the writer starts.
         window = seat.open_window(loaded.protocol.study)
-        answer = _asked(loaded, window, folder)
+        answer = _asked(loaded, window, folder, seat)
         if answer is None:
             return Finished((), "declined")
         given = answer
@@ -140,15 +166,17 @@ def run_session(
     return _run(loaded, recorder, beginning, seat)
 
 
-def _asked(loaded: LoadedProtocol, window: Window, folder: Path) -> Given | None:
-    """Ask for consent; the window stays open only if it is given."""
-    answer = None
+def _asked(loaded: LoadedProtocol, window: Window, folder: Path, seat: Seat) -> Given | None:
+    """Ask for consent; the window stays open if it is given, or last words keep it."""
+    answer: Given | Literal["declined", "closed"] = "closed"
     try:
         answer = ask_for_consent(loaded, window, folder)
+        if answer == "declined":
+            seat.end_with(window, "declined")
     finally:
-        if answer is None:
-            window.close()
-    return answer
+        if not isinstance(answer, Given):
+            seat.leave(window)
+    return answer if isinstance(answer, Given) else None
 
 
 def resume_session(
@@ -243,7 +271,7 @@ def _run(
             fleet.add_artefact(fit.artefact_id, fit.kind, fit.algorithm, fit.weights)
         fitter = stack.enter_context(closing(ProcessFitter(loaded.description, beginning.recorded)))
         window = stack.enter_context(
-            closing(beginning.window or seat.open_window(loaded.protocol.study))
+            seat.holding(beginning.window or seat.open_window(loaded.protocol.study))
         )
         session, clock, tap = beginning.session, LiveClock(beginning.start_ns), seat.tap
         tracker = tracker_of(loaded, beginning.opened, recorder.path.name)
@@ -281,7 +309,10 @@ def _run(
         for note in seat.notes:
             # Like those taken at the console: they are in notes, tables and report.
             conductor.feed(ExperimenterCommanded(clock.now(), "annotate", note))
-        LiveLoop(conductor, window, recorder, clock, link, emergency).run()
+        loop = LiveLoop(conductor, window, recorder, clock, link, emergency)
+        loop.run()
+        if not (session.complete or loop.asked_to_close):
+            seat.end_with(window, "ended")
         if tap is not None:
             remark = f"live view: {tap.passed} records passed on, {tap.dropped} dropped"
             conductor.observe(Note(clock.now(), remark))

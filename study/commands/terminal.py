@@ -24,6 +24,11 @@ def shown_path(path: Path) -> str:
     return escape(str(path.relative_to(here) if path.is_relative_to(here) else path))
 
 
+def tell(error: StudyError) -> None:
+    """Print what a user can mend."""
+    errors.print(f"[bold red]Error:[/] {escape(str(error))}")
+
+
 def report_errors(run: Callable[[], object]) -> None:
     """Run a command; print what a user can mend, and exit with its status."""
     # pygame-ce greets on import unless told not to.
@@ -31,7 +36,7 @@ def report_errors(run: Callable[[], object]) -> None:
     try:
         run()
     except StudyError as error:
-        errors.print(f"[bold red]Error:[/] {escape(str(error))}")
+        tell(error)
         sys.exit(error.exit_status)
     except SystemExit as left:
         # Typer makes this of Ctrl-C, and says nothing.

@@ -86,6 +86,9 @@ class LiveLoop:
         clock: the session's time.
         console: what an experimenter may watch and command by; None if there is none.
         emergency: stops the robots at `EMERGENCY_KEY`, in any stage; None if there are none.
+
+    Attributes:
+        asked_to_close: whether the window was closed, or a signal asked the program to end.
     """
 
     def __init__(
@@ -104,6 +107,7 @@ class LiveLoop:
         self._console = console
         self._emergency = emergency
         self._quit_reason = ""
+        self.asked_to_close = False
         self._next_due_ns = 0
         self._shown: Screen | None = None
         self._frames: list[int] = []
@@ -190,6 +194,7 @@ class LiveLoop:
     def _take_inputs(self) -> None:
         if self._quit_reason:
             reason, self._quit_reason = self._quit_reason, ""
+            self.asked_to_close = True
             self._conductor.feed(QuitRequested(self._clock.now(), reason))
         taken = self._window.poll()
         self._punctuality.poll(self._clock.now())
@@ -198,6 +203,7 @@ class LiveLoop:
                 self._stop_robots()
             if self._conductor.finished:
                 return
+            self.asked_to_close |= isinstance(raw, RawClose)
             self._conductor.feed(self._stamped(raw))
 
     def _stop_robots(self) -> None:

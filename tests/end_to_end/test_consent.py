@@ -13,6 +13,7 @@ from pathlib import Path
 
 from onlooker import Aim, Onlooker
 from patience import PATIENCE_S, until
+from real_study import close_last_words
 from seated_participant import SIZE, SeatedParticipant
 from study.enrolment.not_taking_part import COUNTS
 from study.enrolment.register import Register
@@ -78,7 +79,7 @@ def test_declining_leaves_a_count_and_nothing_else(tmp_path: Path) -> None:
         assert not recordings(folder)
         hands.tap("n")
         hands.tap("Return")
-        assert study.wait(PATIENCE_S) == 3
+        assert close_last_words(hands, study) == 3
     assert sorted(path.name for path in folder.iterdir()) == [COUNTS, FILE_NAME]
     assert counts(folder) == {"every_screen": {"declined": 1, "erased": 0}}
     assert not any(b"P01" in path.read_bytes() for path in folder.iterdir())
@@ -97,7 +98,7 @@ def test_a_recording_opens_with_consent_and_can_be_erased(tmp_path: Path) -> Non
         until(lambda: bool(recordings(folder)) and consented(recordings(folder)[0]))
         for key in ("Escape", "e", "y"):
             hands.tap(key)
-        assert study.wait(PATIENCE_S) == 3
+        assert close_last_words(hands, study) == 3
     check_tombstone(folder)
 
 
@@ -111,7 +112,7 @@ def test_the_mouse_alone_agrees_and_has_all_erased(tmp_path: Path) -> None:
         hands.tap("escape")
         for asked in (False, True):
             hands.click(*Aim(SIZE).at(paused(onlooker, asked=asked), "erase"))
-        assert study.wait(PATIENCE_S) == 3
+        assert close_last_words(hands, study) == 3
     check_tombstone(folder)
 
 

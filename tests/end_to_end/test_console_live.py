@@ -21,7 +21,7 @@ from analysis.tables import deviations, notes
 from onlooker import Onlooker
 from patience import PATIENCE_S, until
 from protocols import ROOT, variant
-from real_study import real_study
+from real_study import close_last_words, real_study
 from study.enrolment.register import Register
 from study.events.events import Deviation, Event, Paused, Resumed, SessionEnded, Timestep
 from study.events.experimenter_records import ExperimenterCommanded, ExperimenterNoted
@@ -146,7 +146,7 @@ def test_an_experimenter_watches_pauses_and_annotates(tmp_path: Path) -> None:
             running(onlooker, hands)
         for key in ("escape", "q", "y"):
             hands.tap(key)
-        assert study.wait(PATIENCE_S) == 3
+        assert close_last_words(hands, study) == 3
     check(folder)
 
 
@@ -196,12 +196,12 @@ def check(folder: Path) -> None:
 def test_an_experimenter_ends_a_session(tmp_path: Path) -> None:
     """With the reason, which stands in recording and register; the console says that it is over."""
     folder = tmp_path / "recordings"
-    with watched_study("smoke", folder, "P01") as (_, study, console):
+    with watched_study("smoke", folder, "P01") as (hands, study, console):
         console.type("e")
         console.wait_for("End the session of P01 now?")
         console.type("fire drill\r")
         console.wait_for("The session is over", "fire drill")
-        assert study.wait(PATIENCE_S) == 3
+        assert close_last_words(hands, study) == 3
     (path,) = folder.glob("*.mcap")
     (ended,) = [r for _, r in read_recording(path).records(SessionEnded.topic)]
     assert isinstance(ended, SessionEnded)

@@ -17,6 +17,7 @@ from children import child_of
 from patience import PATIENCE_S
 from protocols import variant
 from recording_parts import Merged, parts_in
+from small_disk import fill, small_disk
 from study.errors import StudyError
 from study.events.events import Deviation, Paused, Resumed, SessionEnded, TrialStarted
 from study.events.fields import Record
@@ -187,23 +188,10 @@ def test_a_study_that_stands_still_goes_on_without_a_burst(tmp_path: Path) -> No
 
 def test_a_full_disk_ends_the_session_with_status_4(tmp_path: Path) -> None:
     """The message says that the disk is full, what is safe and what to do."""
-    if os.geteuid() != 0:
-        pytest.skip("needs root to mount a small file system")
-    folder = tmp_path / "small"
-    folder.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "none", str(folder)]
-    if subprocess.run(mount, capture_output=True, check=False).returncode:
-        pytest.skip("needs root to mount a small file system")
-    try:
+    with small_disk(tmp_path / "small") as folder:
         with running(folder) as study:
             wait_for(lambda: has(folder, Record))
-            with (folder / "filler").open("wb", buffering=0) as filler:
-                for size in (4096, 1):
-                    try:
-                        while filler.write(b"x" * size) == size:
-                            pass
-                    except OSError:
-                        continue
+            fill(folder)
             assert study.wait(PATIENCE_S) == 4
             assert study.stderr is not None
             said = study.stderr.read()
@@ -212,5 +200,3 @@ def test_a_full_disk_ends_the_session_with_status_4(tmp_path: Path) -> None:
         assert "Free space" in said
         assert [path.suffix for path in folder.glob("*.mcap*")] == [".part"]
         assert recorded(folder)
-    finally:
-        subprocess.run(["umount", "--lazy", str(folder)], check=True)

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
-from patience import PATIENCE_S
+from patience import PATIENCE_S, until
 from x11_driver import Hands, x_server
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -62,3 +62,15 @@ def real_study(
             study.terminate()
             study.wait(PATIENCE_S)
             hands.close()
+
+
+def close_last_words(hands: Hands, study: subprocess.Popen[bytes]) -> int:
+    """Press Enter until a session that has ended closes its window; return its status."""
+
+    def over() -> bool:
+        if study.poll() is None:
+            hands.tap("return")
+        return study.poll() is not None
+
+    until(over)
+    return study.wait()

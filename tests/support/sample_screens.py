@@ -403,4 +403,9 @@ def samples() -> dict[str, Screen]:
         "end": EndScreen(
             "Thank you!", "That was all. Please tell the experimenter that you have finished."
         ),
+        "end_early": EndScreen(
+            "Thank you for your time.",
+            "You do not take part, and nothing was recorded. Please tell the experimenter.",
+            achieved=False,
+        ),
     }

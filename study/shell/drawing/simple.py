@@ -100,11 +100,13 @@ def draw_end(canvas: Canvas, screen: EndScreen) -> None:
     """Draw the last words."""
     heights = _words(canvas, screen.title, screen.text)
     mark = canvas.u(88)
-    inside = _card(canvas, mark + canvas.u(28 + 12) + sum(heights) + 2 * canvas.u(48))
-    x, y = inside.left + mark / 2, inside.top + mark / 2
-    marks.disc(canvas, x, y, mark / 2, palette.GREEN_TEXT)
-    marks.tick(canvas, x, y, mark * 0.6, palette.CARD, mark * 0.09)
-    under = inside.move(0, mark + canvas.u(28))
+    marked = mark + canvas.u(28) if screen.achieved else 0
+    inside = _card(canvas, marked + canvas.u(12) + sum(heights) + 2 * canvas.u(48))
+    if screen.achieved:
+        x, y = inside.left + mark / 2, inside.top + mark / 2
+        marks.disc(canvas, x, y, mark / 2, palette.GREEN_TEXT)
+        marks.tick(canvas, x, y, mark * 0.6, palette.CARD, mark * 0.09)
+    under = inside.move(0, marked)
     _write_words(canvas, under, screen.title, screen.text)
     chrome.draw_footer_ground(canvas)
     chrome.draw_button(canvas, _end_button(canvas), canvas.say("to close"))
