@@ -42,10 +42,10 @@ class Growth:
     Attributes:
         last: MiB at the end.
         line: slope of the least-squares line through all of it, MiB an hour; None: too short.
-        floor: median slope between the lowest values of any two half minutes of one block, MiB an
-            hour; None if no block was long enough. What leaks raises the floor; what is
-            taken for a moment does not, nor what a new block's view keeps once it was first seen,
-            of which the first four minutes are left out: by then all that it shows has been shown.
+        floor: median slope between the lowest values of any two half minutes of one phase, MiB an
+            hour; None if no phase was long enough. What leaks raises the floor; what is
+            taken for a moment does not. Of a phase the first four minutes are left out: by then
+            all that it shows has been shown.
     """
 
     last: float
@@ -56,7 +56,7 @@ class Growth:
     def sentence(self) -> str:
         """All of it in words."""
         line = "too short to say" if self.line is None else f"{self.line:+.2f} MiB an hour in all"
-        floor = "" if self.floor is None else f", {self.floor:+.2f} within a block"
+        floor = "" if self.floor is None else f", {self.floor:+.2f} within a phase"
         return f"{self.last:.0f} MiB at the end; {line}{floor}"
 
 
@@ -97,7 +97,7 @@ class MemorySeries:
         if len(settled) >= 10:
             hours = np.array([row.at for row in settled]) / 3600
             line = float(np.polyfit(hours, [row.taken for row in settled], 1)[0])
-        slopes = [slope for block in _blocks(rows, after) for slope in _slopes(block)]
+        slopes = [slope for phase in _phases(rows, after) for slope in _slopes(phase)]
         return Growth(rows[-1].taken, line, statistics.median(slopes) if slopes else None)
 
     def write(self, path: Path) -> None:
@@ -108,7 +108,7 @@ class MemorySeries:
         path.write_text("".join(lines), encoding="utf-8")
 
 
-def _blocks(rows: list[Sample], after: float) -> Iterator[list[Sample]]:
+def _phases(rows: list[Sample], after: float) -> Iterator[list[Sample]]:
     """Yield the settled samples of each stretch in one place, but for its first minutes."""
     for _, group in itertools.groupby(rows, key=lambda row: row.place):
         stretch = list(group)

@@ -90,7 +90,7 @@ class Player:
             self._found.states += 1
             self._found.unsaved_s = max(self._found.unsaved_s, said.disk.unsaved_s)
             self._status = said
-            self._found.memory.place = f"phase {said.place.phase} block {said.place.block}"
+            self._found.memory.place = f"phase {said.place.phase}"
 
     def _act(self, status: Status) -> None:
         hands, chance, place = self._hands, self._random, status.place

@@ -40,7 +40,10 @@ from study.verification import verify
 JUDGED_MINUTES = 20.0
 MOST_MIB_AN_HOUR = 1.0
 BEFORE_BLOCKS_S = 280.0
-PRACTICE_AND_SURVEYS_S = 60.0
+SURVEYS_S = 30.0
+"""Of a block: pages, questions and points."""
+REPEATED = 5
+"""Blocks of the condition that is repeated, in a run that judges."""
 
 
 class LoggedRecorder(FailoverRecorder):
@@ -84,23 +87,50 @@ def seat_of(who: Played) -> list[str]:
     return ["-m", "benchmarks.soak", "--seat", str(who.folder / "log")]
 
 
-def stretched(folder: Path, minutes: float) -> Path:
+def stretched(folder: Path, minutes: float, long: str) -> Path:
     """Write the pilot protocol so that a session takes about so long; return its path.
 
-    Only phase three is stretched, and manual choice has the view that enlarges the operated robot:
-    all that is ever painted has been painted by the tenth minute. What takes memory when it is
+    Only phase three is stretched: one block of one condition, and then blocks of the other to the
+    end. Manual choice has the view that enlarges the operated robot. So all that is ever painted
+    in it has been seen for minutes when the tenth minute is over: what takes memory when it is
     first seen is no growth.
+
+    Args:
+        folder: where the protocol goes.
+        minutes: how long a session is to take.
+        long: the condition that is repeated: "manual" or "assisted".
     """
     text = (ROOT / "protocols" / "pilot.toml").read_text(encoding="utf-8")
-    seconds = max(12.0, (60 * minutes - BEFORE_BLOCKS_S - PRACTICE_AND_SURVEYS_S) / 6)
+    repeated = REPEATED if minutes >= JUDGED_MINUTES else 1
+    blocks = 1 + repeated
+    seconds = max(12.0, (60 * minutes - BEFORE_BLOCKS_S) / blocks - SURVEYS_S) / 3
     before, after = text.split("[phase_three]")
-    longer = f"trial_timesteps = {round(8 * seconds)}"
-    after, trials = re.subn(r"trial_timesteps = 240\b", longer, after)
     after, views = re.subn(r'view = "tiles"', 'view = "enlarged"', after)
-    assert (trials, views) == (1, 1), "the pilot protocol is another one"
-    path = folder / "soak.toml"
-    path.write_text(f"{before}[phase_three]{after}", encoding="utf-8")
+    settings, manual, assisted, rest = _conditions(after)
+    once, often = (assisted, manual) if long == "manual" else (manual, assisted)
+    again = [
+        often.replace(f'name = "{long}"', f'name = "{long}_{number}"')
+        for number in range(2, repeated + 1)
+    ]
+    longer = f"trial_timesteps = {round(8 * seconds)}"
+    settings, trials = re.subn(r"trial_timesteps = 240\b", longer, settings)
+    settings, orders = re.subn(r'order = "ab_ba"', 'order = "fixed"', settings)
+    # One evaluation of each policy is enough, and they are many.
+    rest, evaluations = re.subn(r"\btrials = 2\b", "trials = 1", rest)
+    assert (trials, views, orders, evaluations) == (1, 1, 1, 1), "the pilot protocol is another one"
+    path = folder / f"soak_{long}.toml"
+    path.write_text(
+        f"{before}[phase_three]{settings}{''.join([once, often, *again])}{rest}", encoding="utf-8"
+    )
     return path
+
+
+def _conditions(text: str) -> tuple[str, str, str, str]:
+    """Return what stands before the conditions, manual, assisted, and what stands after."""
+    settings, manual, last = text.split("[[conditions]]")
+    assisted, rest = last.split("[phase_four]")
+    head = "[[conditions]]"
+    return settings, head + manual, head + assisted, "[phase_four]" + rest
 
 
 @contextlib.contextmanager
@@ -172,13 +202,15 @@ def main(words: Sequence[str] | None = None) -> int:
         # Other sessions of this computer are none of ours.
         os.environ |= {"XDG_RUNTIME_DIR": place, "TMPDIR": place}
         tempfile.tempdir = place
-        protocol = stretched(Path(place), given.minutes)
+        protocols = [stretched(Path(place), given.minutes, long) for long in ("manual", "assisted")]
         people = [
             Played(f"P{number:02}", Path(place) / f"P{number:02}")
             for number in range(1, given.participants + 1)
         ]
         threads = [
-            threading.Thread(target=run_one, args=(protocol, who, number, seat_of(who)))
+            threading.Thread(
+                target=run_one, args=(protocols[number % 2], who, number, seat_of(who))
+            )
             for number, who in enumerate(people)
         ]
         with hog(wanted=not given.no_hog):
