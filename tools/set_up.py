@@ -21,6 +21,8 @@ VENV = ROOT / ".venv"
 STAMP = VENV / ".set-up"
 LOCK = ROOT / "requirements" / "lock.txt"
 TORCH = ROOT / "requirements" / "torch.txt"
+PRIVATE = ("recordings", "reports")
+"""Folders for participants' data: git keeps no rights, and a clone lets everyone list them."""
 EXTRAS = ("doom", "jetbot")
 """Extras that have a lock of their own, requirements/NAME.txt."""
 OLDEST = (3, 11)
@@ -35,6 +37,7 @@ def main() -> int:
     if unknown := [name for name in sys.argv[1:] if name not in EXTRAS]:
         print(f"Unknown: {', '.join(unknown)}. With a lock of their own: {', '.join(EXTRAS)}.")
         return 2
+    make_private(ROOT)
     set_up()
     for name in sys.argv[1:]:
         print(f"Extra: {name}", flush=True)
@@ -60,6 +63,17 @@ def set_up() -> None:
     # The lock has what the extras need too, so that each of them works.
     pip("install", "--no-deps", "--no-build-isolation", "-e", str(ROOT))
     STAMP.write_text(wanted)
+
+
+def make_private(root: Path) -> None:
+    """Keep others out of the folders for participants' data.
+
+    A folder that not everybody may look into has rights that somebody chose: it is left alone.
+    """
+    for name in PRIVATE:
+        folder = root / name
+        if os.name == "posix" and folder.is_dir() and folder.stat().st_mode & 0o007:
+            folder.chmod(0o700)
 
 
 def fingerprint() -> str:
