@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import pygame
@@ -145,6 +146,27 @@ def _thickened(wall: pygame.Rect, width: int, place: pygame.Rect) -> pygame.Rect
     least = _wall_width(width)
     thick = wall.inflate(max(0, least - wall.width), max(0, least - wall.height))
     return thick.clamp(place) if place.contains(thick.clamp(place)) else thick.clip(place)
+
+
+@functools.lru_cache(maxsize=8)
+def _outer_walls(scene: Scene) -> tuple[RectangleMark, ...]:
+    """Return the walls that run along the edges of a map."""
+    return tuple(
+        wall
+        for wall in scene.rectangles
+        if wall.role == "wall"
+        and (
+            (wall.height > wall.width and (wall.x <= 0 or wall.x + wall.width >= scene.width))
+            or (wall.width > wall.height and (wall.y <= 0 or wall.y + wall.height >= scene.height))
+        )
+    )
+
+
+def draw_outer_walls(canvas: Canvas, view: MapView) -> None:
+    """Draw the walls along a map's edges again, over what reaches beyond them."""
+    for wall in _outer_walls(view.scene):
+        shown = _thickened(view.rectangle(wall), view.place.width, view.place)
+        canvas.surface.fill(palette.WALL, shown)
 
 
 def disc_radius(view: MapView, disc: DiscMark) -> float:

@@ -10,6 +10,10 @@ from study.shell.drawing.canvas import Canvas
 
 BODY = 22
 LARGE_BODY = 26
+SMALL_BODY = 17
+"""Sizes of text in design pixels: on cards beside a figure at most, alone at most, and at least."""
+GAP = 18
+"""Design pixels between paragraphs."""
 WIDE = 1200
 
 
@@ -82,8 +86,7 @@ def draw_text_page(canvas: Canvas, title: str, subtitle: str, paragraphs: tuple[
     head = u(116 if tall else 96) - (0 if subtitle else u(36))
     bottom = chrome.footer_rect(canvas).top - u(24 if tall else 16)
     room = bottom - chrome.header_height(canvas) - head
-    size = _text_size(canvas, width, room, paragraphs)
-    height = min(room, _text_height(canvas, width, size, paragraphs))
+    size, height = _text_size(canvas, width, room, paragraphs)
     top = chrome.block_top(canvas, head + height + u(24 if tall else 16))
     _write_title(canvas, title, subtitle, pygame.Rect(margin, top, width, head))
     card = pygame.Rect(margin, top + head, width, height)
@@ -147,20 +150,31 @@ def _padding(canvas: Canvas, width: int) -> int:
 
 
 def _text_height(canvas: Canvas, width: int, size: int, paragraphs: tuple[str, ...]) -> int:
-    """Return the height of a card of a width that holds paragraphs, pixels."""
-    pad = _padding(canvas, width)
-    texts = sum(canvas.paragraph_height(text, width - 2 * pad, size) for text in paragraphs)
-    return texts + canvas.u(18) * max(0, len(paragraphs) - 1) + 2 * pad
+    """Return the height of paragraphs on a card of a width, pixels."""
+    room = width - 2 * _padding(canvas, width)
+    texts = sum(canvas.paragraph_height(text, room, size) for text in paragraphs)
+    return texts + canvas.u(GAP) * max(0, len(paragraphs) - 1)
 
 
 def _text_size(
     canvas: Canvas, width: int, height: int, paragraphs: tuple[str, ...], largest: int = LARGE_BODY
-) -> int:
-    """Return the largest text that fits a card, pixels."""
-    size = canvas.u(largest)
-    while _text_height(canvas, width, size, paragraphs) > height and size > canvas.u(17):
-        size -= 1
-    return size
+) -> tuple[int, int]:
+    """Return the largest size at which all of a text fits a card, and the height of the card.
+
+    Where there is little room what stands above and below the text gives way before its size.
+    Text never gets small beside all else: where it would, the screen is tried at a smaller scale.
+
+    Returns:
+        The size of the text and the height of the card around it, pixels.
+    """
+    pad = 2 * _padding(canvas, width)
+    for around in (pad, pad // 2):
+        for size in range(canvas.u(largest), canvas.u(SMALL_BODY) - 1, -1):
+            needed = _text_height(canvas, width, size, paragraphs) + around
+            if needed <= height:
+                return size, needed
+    canvas.no_room(paragraphs[-1])
+    return canvas.u(SMALL_BODY), height
 
 
 def draw_text_card(
@@ -174,9 +188,8 @@ def draw_text_card(
         paragraphs: the text.
         whole: whether the card fills the place, or only what the text needs.
     """
-    size = _text_size(canvas, place.width, place.height, paragraphs, BODY)
+    size, height = _text_size(canvas, place.width, place.height, paragraphs, BODY)
     if not whole:
-        height = min(place.height, _text_height(canvas, place.width, size, paragraphs))
         place = pygame.Rect(place.topleft, (place.width, height))
     _fill_card(canvas, place, paragraphs, size)
 
@@ -184,10 +197,12 @@ def draw_text_card(
 def _fill_card(canvas: Canvas, place: pygame.Rect, paragraphs: tuple[str, ...], size: int) -> None:
     pad = _padding(canvas, place.width)
     draw_card(canvas, place)
-    y = place.top + pad
+    spare = place.height - _text_height(canvas, place.width, size, paragraphs)
+    y = place.top + max(pad // 2, min(pad, spare // 2))
     for text in paragraphs:
-        room = pygame.Rect(place.left + pad, y, place.width - 2 * pad, place.bottom - pad // 2 - y)
-        y += canvas.paragraph(text, room, size) + canvas.u(18)
+        # Each may take its own height, not what is left: all have the one size.
+        room = pygame.Rect(place.left + pad, y, place.width - 2 * pad, place.height)
+        y += canvas.paragraph(text, room, size) + canvas.u(GAP)
 
 
 def draw_card(canvas: Canvas, place: pygame.Rect) -> None:

@@ -177,7 +177,8 @@ def _corner_plate(canvas: Canvas, place: TilePlace, tile: Tile, look: PlateLook)
         room = plate.width - pad * 1.4
         cues.draw_pill(canvas, tile.cue, plate.left + pad, middle, text * 0.96, room)
     if place.single:
-        _large_plate(canvas, place, look, wrote.bottom, health.top)
+        # Where a cue's pill comes is left free, so that the sentence never moves.
+        _large_plate(canvas, place, look, wrote.bottom + round(text * 2.3), health.top)
 
 
 def _beside_number(canvas: Canvas, place: TilePlace, number: pygame.Rect, look: PlateLook) -> None:
@@ -202,7 +203,7 @@ def _beside_number(canvas: Canvas, place: TilePlace, number: pygame.Rect, look: 
 
 
 def _large_plate(canvas: Canvas, place: TilePlace, look: PlateLook, under: int, above: int) -> None:
-    """Add what a large tile has room for between two heights: a caption and a sentence."""
+    """Add a caption, and a sentence between two heights, to a large tile's plate."""
     plate, pad = place.plate, _measure(canvas, place).pad
     if look.has_dwell:
         x, y, radius = _large_ring(canvas, place)
@@ -211,14 +212,15 @@ def _large_plate(canvas: Canvas, place: TilePlace, look: PlateLook, under: int, 
             colour=palette.SECONDARY, align="centre", width=2 * (plate.right - canvas.u(8) - x),
         )  # fmt: skip
     if look.note:
-        size = canvas.u(22)
+        size, gap = canvas.u(22), canvas.u(8)
         width = plate.width - 2 * pad
         height = canvas.paragraph_height(look.note, width, size)
-        top = max(under + canvas.u(52), above - height - canvas.u(24))
-        canvas.paragraph(
-            look.note, pygame.Rect(plate.left + pad, top, width, above - top), size,
-            colour=palette.SECONDARY,
-        )  # fmt: skip
+        top = max(under + gap, above - height - canvas.u(24))
+        room = pygame.Rect(plate.left + pad, top, width, above - gap - top)
+        used = canvas.paragraph(look.note, room, size, colour=palette.SECONDARY)
+        if used > room.height + 1:
+            # Never against the edge of what is below: the screen is tried at a smaller scale.
+            canvas.no_room(look.note)
 
 
 def _strip_plate(canvas: Canvas, place: TilePlace, tile: Tile, look: PlateLook) -> None:

@@ -6,12 +6,14 @@ The two differ in shape, not in colour alone.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import pygame
 
 from study.shell.drawing import marks, palette
 from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.marks import Point
+from study.shell.drawing.sprites import Paint
 
 HEADING_STEPS = 180
 """Headings are drawn to the nearest 2 degrees, so that each body is painted once."""
@@ -74,6 +76,7 @@ def draw_robot(
     *,
     driven: bool,
     label: str = "",
+    over_ring: Callable[[], None] | None = None,
 ) -> None:
     """Draw a robot.
 
@@ -85,12 +88,12 @@ def draw_robot(
         heading: radians, counter-clockwise from the right.
         driven: whether the participant drives it.
         label: its number, or empty.
+        over_ring: draws what covers the ring of a driven robot and not its body.
     """
     if driven:
         radius *= DRIVEN_SCALE
     painted, mirrored, quarters = _within_an_eighth(heading_step(heading))
     angle = 2 * math.pi * painted / HEADING_STEPS
-    reach = radius * (HALO + 0.75 if driven else DROP_TIP) + 3
     rim = max(1.2, radius * 0.12)
 
     def paint_drop(surface: pygame.Surface, k: float) -> None:
@@ -99,7 +102,7 @@ def draw_robot(
         pygame.draw.polygon(surface, marks.WHITE, outer)
         pygame.draw.polygon(surface, palette.AUTONOMOUS, _turned(DROP, angle, middle, size))
 
-    def paint_driven(surface: pygame.Surface, k: float) -> None:
+    def paint_ring(surface: pygame.Surface, k: float) -> None:
         middle, size = surface.get_rect().centerx, radius * k
         halo, line = HALO * size, max(2.0, radius * 0.17) * k
         nose = [(HALO + 0.62, 0.0), (HALO - 0.02, 0.36), (HALO - 0.02, -0.36)]
@@ -107,16 +110,26 @@ def draw_robot(
         pygame.draw.circle(surface, palette.BLUE, (middle, middle), halo)
         pygame.draw.circle(surface, marks.WHITE, (middle, middle), halo - line)
         pygame.draw.polygon(surface, palette.BLUE, _turned(nose, angle, middle, size))
-        pygame.draw.polygon(surface, palette.BLUE, _turned(DART, angle, middle, size * 0.98))
 
-    paint = paint_driven if driven else paint_drop
-    key = ("robot", round(radius * 4), painted, driven)
-    sprite = canvas.sprite(key, 2 * reach, 2 * reach, paint)
-    if mirrored:
-        sprite = pygame.transform.flip(sprite, flip_x=False, flip_y=True)
-    if quarters:
-        sprite = pygame.transform.rotate(sprite, 90 * quarters)
-    canvas.put(sprite, x, y)
+    def paint_dart(surface: pygame.Surface, k: float) -> None:
+        middle = surface.get_rect().centerx
+        turned = _turned(DART, angle, middle, radius * k * 0.98)
+        pygame.draw.polygon(surface, palette.BLUE, turned)
+
+    def put(name: str, reach: float, paint: Paint) -> None:
+        key = (name, round(radius * 4), painted)
+        sprite = canvas.sprite(key, 2 * reach, 2 * reach, paint)
+        if mirrored:
+            sprite = pygame.transform.flip(sprite, flip_x=False, flip_y=True)
+        if quarters:
+            sprite = pygame.transform.rotate(sprite, 90 * quarters)
+        canvas.put(sprite, x, y)
+
+    if driven:
+        put("ring", radius * (HALO + 0.75) + 3, paint_ring)
+        if over_ring is not None:
+            over_ring()
+    put("dart" if driven else "drop", radius * DROP_TIP + 3, paint_dart if driven else paint_drop)
     size = radius * (0.8 if driven else 1.15) * (0.84 if len(label) > 1 else 1.0)
     if label and size >= SMALLEST_NUMBER:
         canvas.write(label, x, y, size, weight="bold", colour=marks.WHITE, align="centre")

@@ -187,9 +187,19 @@ def _draw_body(canvas: Canvas, view: maps.MapView, shown: TileView, body: Body) 
         marks.dashed_ring(
             canvas, x, y, radius * 2.2, max(1.5, radius * 0.16), palette.INK, fill=palette.CARD
         )
-    draw_robot(canvas, x, y, radius, pose.heading, driven=look.driven, label=str(tile.robot + 1))
     if look.driven and 0 <= shown.landing < CLOSING:
         _landing_rings(canvas, x, y, radius * DRIVEN_SCALE, shown.landing / CLOSING)
+
+    def walls() -> None:
+        # What lies on the floor round a robot ends at the walls, not somewhere on them.
+        maps.draw_outer_walls(canvas, view)
+
+    if not look.driven and (look.suggested or tile.cue is not None):
+        walls()
+    draw_robot(
+        canvas, x, y, radius, pose.heading, driven=look.driven, label=str(tile.robot + 1),
+        over_ring=walls,
+    )  # fmt: skip
 
 
 def _reached_goal(canvas: Canvas, view: maps.MapView) -> None:

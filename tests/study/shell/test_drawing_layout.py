@@ -10,7 +10,7 @@ import pygame
 import pytest
 
 import sample_screens as samples
-from study.screens import Screen
+from study.screens import ConsentScreen, Cue, PageScreen, Screen
 from study.shell.drawing.drawn import Boxed, Written
 from study.shell.drawing.lettering import clear_fonts
 from study.shell.drawing.renderer import SMALLEST_FIT, Renderer
@@ -108,6 +108,41 @@ def test_a_larger_scale_makes_larger_text_where_there_is_room() -> None:
         _, seen = watched(samples.ready(), (2560, 1440), factor)
         heights.append(max(i.drawn.place.height for i in seen if isinstance(i.drawn, Written)))
     assert heights[1] > 1.5 * heights[0]
+
+
+def lines_of(text: str, seen: list[Seen]) -> list[pygame.Rect]:
+    """Return where the lines of a text are written; no key, number or other short word is one."""
+    written = [item.drawn for item in seen if isinstance(item.drawn, Written)]
+    return [line.place for line in written if " " in line.text and line.text in text]
+
+
+@pytest.mark.parametrize("name", ["page_text", "page_choose", "consent"])
+def test_paragraphs_share_one_size(name: str) -> None:
+    """Where there is little room none of them is written smaller than the others."""
+    screen = SCREENS[name]
+    assert isinstance(screen, PageScreen | ConsentScreen)
+    _, seen = watched(screen, (1280, 720), 2.0)
+    lines = lines_of(" ".join(screen.paragraphs), seen)
+    assert len(lines) >= len(screen.paragraphs) > 1
+    assert len({place.height for place in lines}) == 1
+
+
+@pytest.mark.parametrize("cued", [False, True])
+def test_a_sentence_in_a_plate_keeps_clear_of_what_is_above_and_below(cued: bool) -> None:
+    """Of a cue's pill and of health, at any scale; and it does not move when a cue comes."""
+    screen = dataclasses.replace(samples.assisted(), switched_ns=-1)
+    cue = Cue("stuck", 7.0, samples.T_NS) if cued else None
+    tiles = tuple(dataclasses.replace(tile, cue=cue) for tile in screen.tiles)
+    renderer, seen = watched(dataclasses.replace(screen, tiles=tiles), (1280, 720), 2.0)
+    lines = lines_of("The other 11 robots drive themselves.", seen)
+    sentence = lines[0].unionall(lines[1:])
+    gap = renderer.canvas.u(8)
+    around = sentence.inflate(0, 2 * gap)
+    boxes = [item.drawn.place for item in seen if isinstance(item.drawn, Boxed)]
+    beside = [box for box in boxes if not box.contains(around)]
+    assert [box for box in beside if box.colliderect(around)] == []
+    _, uncued = watched(screen, (1280, 720), 2.0)
+    assert sentence.topleft in {i.drawn.place.topleft for i in uncued}
 
 
 def test_the_scale_stays_while_a_screen_is_looked_at() -> None:

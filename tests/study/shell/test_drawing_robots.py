@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -9,8 +10,11 @@ import numpy.typing as npt
 import pygame
 import pytest
 
-from study.shell.drawing import robots
+import sample_screens as samples
+from study.screens import Cue, CueKind
+from study.shell.drawing import palette, robots
 from study.shell.drawing.canvas import Canvas
+from study.shell.drawing.fleet import FleetPainter, tile_places
 from study.shell.drawing.parts import ALIKE_ROOM
 from study.shell.drawing.robots import HEADING_STEPS, draw_robot
 
@@ -49,6 +53,23 @@ def test_all_headings_take_little_room(driven: bool) -> None:
     for step in range(HEADING_STEPS):
         drawn(canvas, step, driven=driven)
     assert canvas.sprites.bytes <= 24 * one
+
+
+@pytest.mark.parametrize("kind", ["stuck", "damage", None])
+@pytest.mark.parametrize("driven", [True, False])
+def test_rings_end_at_the_outer_wall(kind: CueKind | None, driven: bool) -> None:
+    """What lies round a robot at the map's edge covers no part of the wall there."""
+    pygame.font.init()
+    screen = samples.fleet(4, operated=0 if driven else 1)
+    cue = None if kind is None else Cue(kind, 7.0, samples.T_NS)
+    first = dataclasses.replace(screen.tiles[0], x=0.2, y=3.0, heading=0.0, cue=cue)
+    screen = dataclasses.replace(screen, tiles=(first, *screen.tiles[1:]))
+    canvas = Canvas((1280, 720))
+    FleetPainter().draw(canvas, screen, screen.t_ns, onto=False)
+    drawn = tile_places(canvas, screen)[0].map
+    x, top = drawn.left + 1, drawn.top + round(0.6 * drawn.height)
+    column = {canvas.surface.get_at((x, y))[:3] for y in range(top, drawn.bottom)}
+    assert column == {palette.WALL}
 
 
 def test_parts_that_look_alike_stay_within_their_room() -> None:
