@@ -9,6 +9,7 @@ from rich.console import Console
 
 from analysis.commands import export, report, tables
 from study.errors import StudyError
+from study.starting import stopped_in_a_line
 from study.version_option import VersionOption
 
 app = typer.Typer(
@@ -32,17 +33,13 @@ app.command("export")(export.export)
 
 def main() -> None:
     """Run the command line; what a user can mend is one message and exit code 2."""
-    try:
-        app()
-    except SystemExit as left:
-        # Typer makes this of Ctrl-C, and says nothing.
-        if left.code == 130:
-            sys.stderr.write("Stopped.\n")
-        raise
-    except StudyError as error:
-        console = Console(stderr=True, soft_wrap=True)
-        console.print("[bold red]Error:[/] ", end="")
-        console.print(error.message, markup=False, highlight=False)
-        if error.hint:
-            console.print(error.hint, markup=False, highlight=False)
-        sys.exit(2)
+    with stopped_in_a_line():
+        try:
+            app()
+        except StudyError as error:
+            console = Console(stderr=True, soft_wrap=True)
+            console.print("[bold red]Error:[/] ", end="")
+            console.print(error.message, markup=False, highlight=False)
+            if error.hint:
+                console.print(error.hint, markup=False, highlight=False)
+            sys.exit(2)

@@ -1,15 +1,10 @@
-"""Where the command line begins: Ctrl-C is no traceback even while the rest is being imported."""
+"""Where the command line begins: nothing slow is imported before Ctrl-C is provided for."""
 
 from __future__ import annotations
 
-import sys
+from study.starting import start
 
 
 def main() -> None:
     """Import the commands and run one."""
-    try:
-        from analysis.commands.main import main as run  # noqa: PLC0415 - what may be interrupted
-    except KeyboardInterrupt:
-        sys.stderr.write("Stopped.\n")
-        sys.exit(130)
-    run()
+    start("analysis.commands.main")

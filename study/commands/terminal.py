@@ -11,9 +11,8 @@ from rich.console import Console
 from rich.markup import escape
 
 from study.errors import StudyError
+from study.starting import stopped_in_a_line
 
-INTERRUPTED = 130
-"""Exit status of a command that Ctrl-C stopped."""
 console = Console(highlight=False, soft_wrap=True)
 errors = Console(stderr=True, highlight=False, soft_wrap=True)
 
@@ -33,16 +32,9 @@ def report_errors(run: Callable[[], object]) -> None:
     """Run a command; print what a user can mend, and exit with its status."""
     # pygame-ce greets on import unless told not to.
     os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
-    try:
-        run()
-    except StudyError as error:
-        tell(error)
-        sys.exit(error.exit_status)
-    except SystemExit as left:
-        # Typer makes this of Ctrl-C, and says nothing.
-        if left.code == INTERRUPTED:
-            errors.print("Stopped.")
-        raise
-    except KeyboardInterrupt:
-        errors.print("Stopped.")
-        sys.exit(INTERRUPTED)
+    with stopped_in_a_line():
+        try:
+            run()
+        except StudyError as error:
+            tell(error)
+            sys.exit(error.exit_status)
