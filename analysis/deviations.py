@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from analysis.results import StudyResults
+from analysis.tables.study_tables import StudyTables
 
 _PAUSED_BY = {
     "experimenter_paused": "experimenter",
@@ -34,11 +34,11 @@ class Told:
     text: str
 
 
-def told(results: StudyResults) -> list[Told]:
+def told(tables: StudyTables) -> tuple[Told, ...]:
     """List the deviations; how long one made the session stand still is told with it."""
     found: list[Told] = []
     waiting: dict[tuple[str, bool, str], int] = {}
-    rows = results.tables.frame("deviations")
+    rows = tables.frame("deviations")
     names = ("participant", "session", "trial_id", "kept", "code", "text")
     for who, session, trial_id, kept, code, text in zip(*(rows[n] for n in names), strict=True):
         if code == "paused":
@@ -52,7 +52,7 @@ def told(results: StudyResults) -> list[Told]:
             waiting[session, kept, _PAUSED_BY[code]] = len(found)
         told_text = in_words(str(code), str(text))
         found.append(Told(str(who), str(session), int(trial_id), bool(kept), str(code), told_text))
-    return found
+    return tuple(found)
 
 
 def in_words(code: str, text: str) -> str:

@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 
 from analysis.data_label import DataLabel, data_label
+from analysis.deviations import Told, told
 from analysis.factor_answers import ByFactor, ratings_by_factor, scales_by_factor
 from analysis.factorial import Factorial, factorial
 from analysis.measures import AnalysedData, analysed_data
@@ -55,6 +56,7 @@ class StudyResults:
         rating_effects: each item by the factors that conditions cross; empty if they cross none.
         scale_effects: the same of each scale.
         phase_four: policies on their own.
+        deviations: what deviated from the protocol, each fact once.
     """
 
     study: StudyRecordings
@@ -77,6 +79,7 @@ class StudyResults:
     rating_effects: tuple[ByFactor[LikertRow], ...]
     scale_effects: tuple[ByFactor[ScaleRow], ...]
     phase_four: PhaseFour
+    deviations: tuple[Told, ...]
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -127,6 +130,7 @@ def compute_results(study: StudyRecordings, tables: StudyTables) -> StudyResults
         rating_effects=ratings_by_factor(facts.crossing, ratings, data.responses),
         scale_effects=scales_by_factor(facts.crossing, scales),
         phase_four=phase_four(data.phase_four, tables.frame("fits"), levels, baseline),
+        deviations=told(tables),
     )
 
 

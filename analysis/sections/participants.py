@@ -14,7 +14,6 @@ from analysis.formatting import counted, number
 from analysis.recordings import Session
 from analysis.results import StudyResults, rated_items
 from analysis.sections import scored
-from analysis.sections.deviations import told
 from study.events.codes import Phase
 
 
@@ -151,7 +150,7 @@ def _answers(level: str, own: dict[str, pd.DataFrame], results: StudyResults) ->
 
 def _notes(session: Session, results: StudyResults) -> list[str]:
     who = session.opened.participant
-    notes = [row.text for row in told(results) if row.participant == who]
+    notes = [row.text for row in results.deviations if row.participant == who]
     taken = results.tables.frame("notes")
     taken = taken[taken["participant"] == who]
     notes += [

@@ -8,12 +8,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from analysis.deviations import in_words
 from analysis.formatting import counted, listed, number
 from analysis.left_out import SetAside
 from analysis.recordings import Session
 from analysis.results import StudyResults
 from analysis.scored_instruments import differing_instruments
-from analysis.sections.deviations import in_words, told
 from analysis.sections.orders import changed_orders, uneven_orders
 
 
@@ -75,7 +75,7 @@ def flags(results: StudyResults) -> list[Flag]:
         for item in results.cells.excluded
     ]
     left_out = {item.participant for item in results.cells.excluded}
-    deviations = told(results)
+    deviations = results.deviations
     ends = {row.session: row.text for row in deviations if row.kept and row.code == "ended_early"}
     for session in study.sessions:
         who = session.opened.participant
@@ -94,7 +94,7 @@ def flags(results: StudyResults) -> list[Flag]:
         ]
     found += [
         Flag("Order", who, text, "Analysed as run")
-        for who, text in changed_orders(study, results.facts)
+        for who, text in changed_orders(study, results.facts, results.tables)
     ]
     uneven = uneven_orders(study, results.facts)
     if uneven:

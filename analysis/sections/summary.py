@@ -20,7 +20,6 @@ from analysis.formatting import (
 )
 from analysis.results import StudyResults
 from analysis.sections import effects
-from analysis.sections.deviations import told
 from analysis.statistics.result import ALPHA, EffectResult, Refusal
 
 
@@ -175,7 +174,7 @@ def tiles(results: StudyResults) -> list[Tile]:
     expected = (facts.planned_trials or 0) * conditions * planned
     trials = len(data.trials)
     excluded = results.cells.excluded
-    deviations = len(told(results))
+    deviations = len(results.deviations)
     skipped = int(results.tables.frame("timing")["skipped"].sum())
     faulty = sum(bool(s.recording.problems) for s in sessions) + study.unreadable
     broken = len(data.broken_trials) + sum(s.left_out_trials for s in sessions)
