@@ -56,7 +56,7 @@ def recorded(folder: Path, *, quick: bool) -> SessionRecording:
         (folder / "questionnaires").mkdir(exist_ok=True)
         (folder / "questionnaires" / part.name).write_text(part.read_text())
     (made,) = simulate_study(str(protocol), 1, 1, folder / "simulated", jobs=1)
-    simulated = read_whole_session(made)
+    simulated = read_whole_session(made.path)
     recorder = Recorder.start(folder, "half_hour", simulated.attachments, simulated.metadata)
     due_ns = 0
     known = record_types_by_topic()

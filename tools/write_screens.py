@@ -106,8 +106,8 @@ def draw_replay(folder: Path) -> Path:
     protocol = folder / "pilot.toml"
     text = (PROTOCOLS / "pilot.toml").read_text(encoding="utf-8")
     protocol.write_text(text.replace('view = "operated_only"', 'view = "tiles"'))
-    (path,) = simulate_study(str(protocol), 1, 1, folder, jobs=1)
-    recording = read_whole_session(path)
+    (made,) = simulate_study(str(protocol), 1, 1, folder, jobs=1)
+    recording = read_whole_session(made.path)
     marks, tape = read_marks(recording), Tape(recording)
     for takeover in marks.takeovers:
         t_ns = takeover.t_ns + LATER_NS

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
-from pathlib import Path
+from collections.abc import Iterable, Sequence
 
 from rich.markup import escape
 
 from study.commands.terminal import errors
 from study.events.events import Deviation, Event
 from study.events.fit_events import FitGateJudged
-from study.recording.parts import read_session
 
 _WITHOUT_A_FIT = (
     "What needs it runs without it: a scorer chooses and suggests nothing, a policy acts at random."
@@ -48,18 +46,30 @@ def tell_deviations(numbered: Sequence[tuple[int, Event]]) -> None:
             )
 
 
-def tell_failed_fits(recordings: Sequence[Path]) -> None:
-    """Print which fits failed in simulated sessions, and in how many."""
-    failed: Counter[str] = Counter()
-    for path in recordings:
-        found = {
-            f"{record.code}: {record.text}"
-            for _, record in read_session(path).records(Deviation.topic)
-            if isinstance(record, Deviation) and record.code in ("fit_failed", "fit_timed_out")
+class FailedFits:
+    """Keeps in words which fits failed; a watcher of `Conductor`.
+
+    Attributes:
+        found: each of them once.
+    """
+
+    def __init__(self) -> None:
+        self.found: set[str] = set()
+
+    def __call__(self, numbered: Sequence[tuple[int, Event]]) -> None:
+        """Take in what happened."""
+        self.found |= {
+            f"{event.code}: {event.text}"
+            for _, event in numbered
+            if isinstance(event, Deviation) and event.code in ("fit_failed", "fit_timed_out")
         }
-        failed.update(found)
+
+
+def tell_failed_fits(by_session: Sequence[Iterable[str]]) -> None:
+    """Print which fits failed in simulated sessions, and in how many."""
+    failed = Counter(text for found in by_session for text in found)
     for text, sessions in sorted(failed.items())[:MOST_TOLD]:
-        where = f"in {sessions} of {len(recordings)} sessions"
+        where = f"in {sessions} of {len(by_session)} sessions"
         errors.print(f"[yellow]Deviation[/] {where}: {escape(text)}. {_WITHOUT_A_FIT}")
     if len(failed) > MOST_TOLD:
         errors.print(

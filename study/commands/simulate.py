@@ -74,11 +74,11 @@ def simulate_with_progress(
     count = participants or loaded.protocol.study.planned_participants
     study_seed = default_seed(loaded) if seed is None else seed
     finished = simulate_study(str(loaded.path), count, study_seed, output, jobs, driver, parameters)
-    recordings = list(
-        followed("Simulated participants", finished, count, name=lambda path: path.name)
+    sessions = list(
+        followed("Simulated participants", finished, count, name=lambda session: session.path.name)
     )
-    tell_failed_fits(recordings)
+    tell_failed_fits([session.failed_fits for session in sessions])
     people = "participant" if count == 1 else "participants"
     where = escape(str(output))
     console.print(f"{count} simulated {people} (seed {study_seed}), recordings in {where}")
-    return recordings
+    return [session.path for session in sessions]

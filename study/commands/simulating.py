@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import time
 from collections.abc import Iterator, Mapping
@@ -17,13 +18,14 @@ from study.commands.composing import (
     session_opened,
     start_recorder,
 )
+from study.commands.deviations import FailedFits
 from study.commands.recorded_scorers import recorded_weights
 from study.families import load_member
 from study.loading import LoadedProtocol, load_protocol
 from study.orders import possible_orders
 from study.seeding import stream_seed
 from study.session.session import Session
-from study.shell.conductor import Conductor
+from study.shell.conductor import Conductor, Watcher
 from study.shell.fitting import InlineFitter
 from study.shell.fleet import check_live, open_fleet
 from study.shell.virtual_loop import VirtualClock, run_virtual
@@ -33,6 +35,19 @@ from study.simulated.trained_user import TrainedUser
 
 BATCH_BYTES = 1 << 16
 """A simulated session that is lost can be run again, so its records travel in batches."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Simulated:
+    """What is left of a simulated session.
+
+    Attributes:
+        path: the finished recording.
+        failed_fits: in words, each once.
+    """
+
+    path: Path
+    failed_fits: frozenset[str]
 
 
 def simulated_assignments(
@@ -97,6 +112,7 @@ def simulate_session(
     driver: Driver = "planner",
     stated: Mapping[str, float] | None = None,
     batch_bytes: int = BATCH_BYTES,
+    watcher: Watcher | None = None,
 ) -> Path:
     """Run one simulated participant through the whole session.
 
@@ -108,6 +124,7 @@ def simulate_session(
         driver: who drives; the assignment says the same.
         stated: parameters that are not drawn; the assignment says the same.
         batch_bytes: bytes of records sent together; 0 sends each at once.
+        watcher: sees all events.
 
     Returns:
         The finished recording.
@@ -129,6 +146,8 @@ def simulate_session(
             waits_for_disk=False,
             picture_records=picture_records(loaded, lambda: recorder.healthy),
         )
+        if watcher is not None:
+            conductor.watch(watcher)
         conductor.observe(clock_pair(0))
         conductor.feed(opened)
         operator = SimulatedOperator(
@@ -144,6 +163,22 @@ def simulate_session(
     return path
 
 
+def _simulated(
+    protocol: str,
+    assignment: Assignment,
+    seed: int,
+    folder: Path,
+    driver: Driver,
+    stated: Mapping[str, float] | None,
+) -> Simulated:
+    """Run one session of a study; called in a process of its own."""
+    failed = FailedFits()
+    path = simulate_session(
+        protocol, assignment, seed, folder, driver=driver, stated=stated, watcher=failed
+    )
+    return Simulated(path, frozenset(failed.found))
+
+
 def simulate_study(
     protocol: str,
     participants: int,
@@ -152,8 +187,8 @@ def simulate_study(
     jobs: int,
     driver: Driver = "planner",
     stated: Mapping[str, float] | None = None,
-) -> Iterator[Path]:
-    """Simulate a study; yield each recording as it is finished.
+) -> Iterator[Simulated]:
+    """Simulate a study; yield each session as it is finished.
 
     Args:
         protocol: path of the protocol file.
@@ -168,7 +203,7 @@ def simulate_study(
     # Before a recording begins that could hold nothing.
     check_live(loaded.protocol.task.name, loaded.protocol.task.parameters)
     tasks = (
-        delayed(simulate_session)(protocol, assignment, seed, folder, driver=driver, stated=stated)
+        delayed(_simulated)(protocol, assignment, seed, folder, driver, stated)
         for assignment in simulated_assignments(loaded, participants, seed, driver, stated)
     )
     yield from Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)(tasks)

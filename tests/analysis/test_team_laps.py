@@ -39,8 +39,8 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> StudyRecordings:
         assert old in text
         text = text.replace(old, new)
     path.write_text(text)
-    (recording,) = simulate_study(str(path), 1, 5, folder / "out", 1)
-    assert verify(recording).matches
+    (session,) = simulate_study(str(path), 1, 5, folder / "out", 1)
+    assert verify(session.path).matches
     return load_recordings([folder / "out"])
 
 

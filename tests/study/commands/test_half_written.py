@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
-from study.commands.deviations import tell_failed_fits
 from study.commands.picturing import Look, draw_gallery
+from study.commands.simulate import simulate_with_progress
 from study.errors import StudyError
-from study.events.events import Deviation
 from study.loading import load_protocol
 from study.messages import SOURCE, messages_for
-from study.recording.client import Recorder
 from study.recording.durable_file import DurableFile
 from study.recording.salvage import salvage
 from synthetic_study import Plan, write_session
@@ -46,14 +45,18 @@ def test_a_salvaged_file_on_a_full_disk(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_failed_fits_of_simulations_are_told(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In how many sessions, and why."""
-    paths = []
-    for number in range(3):
-        recorder = Recorder.start(tmp_path, f"S{number}", {}, {"session_id": f"s{number}"})
-        if number:
-            recorder.write(Deviation(1, "fit_failed", "scorer:mine: my bug", -1), 1)
-        paths.append(recorder.close())
-    tell_failed_fits(paths)
-    assert "in 2 of 3 sessions: fit_failed: scorer:mine: my bug" in capsys.readouterr().err
+    """In how many sessions, and why; no recording is opened once more for it."""
+
+    def failing(*_: object) -> NoReturn:
+        raise ValueError("my bug")
+
+    def opened(*_: object) -> NoReturn:
+        pytest.fail("a recording was opened")
+
+    monkeypatch.setattr("study.scorers.luce.fit", failing)
+    monkeypatch.setattr("study.recording.reader.Recording.__init__", opened)
+    made = simulate_with_progress("smoke", 2, 1, tmp_path, jobs=1)
+    assert len(made) == 2
+    assert "in 2 of 2 sessions: fit_failed: scorer:luce: " in capsys.readouterr().err

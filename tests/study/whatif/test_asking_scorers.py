@@ -234,8 +234,8 @@ def test_cross_validation_asks_scorers_about_trials_they_never_saw(
 
 def test_choices_are_those_that_the_session_fitted(tmp_path: Path) -> None:
     """The data gathered from a simulated session have the hash of its own fit request."""
-    (path,) = simulate_study(str(find_protocol("smoke")), 1, 11, tmp_path, 1, "planner")
-    (session,) = open_sessions([path])
+    (made,) = simulate_study(str(find_protocol("smoke")), 1, 11, tmp_path, 1, "planner")
+    (session,) = open_sessions([made.path])
     fit = own_fit(session)
     assert fit is not None
     assert fit.artefact_id == "scorer:luce"
