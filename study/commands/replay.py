@@ -10,6 +10,7 @@ from rich.markup import escape
 
 from study.commands.terminal import console, errors
 from study.errors import StudyError
+from study.output_option import new_file_wanted
 from study.recording.parts import part_files, recordings_in
 from study.shell.pygame_check import require_pygame_ce
 
@@ -74,6 +75,8 @@ def replay(
         return
     if video is not None and video.suffix.lower() != ".webm":
         raise StudyError(f"{video}: a video is WebM", f"Name it {video.with_suffix('.webm')}.")
+    if video is not None:
+        new_file_wanted("--video", video)
     from study.commands.run import parse_size  # noqa: PLC0415 - slow to import
 
     require_pygame_ce()

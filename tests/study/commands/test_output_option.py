@@ -38,3 +38,13 @@ def test_a_file_is_no_folder(tmp_path: Path, command: str, inside: str) -> None:
     assert done.exception.message.startswith(f"-o {file}")
     assert "a folder is wanted" in done.exception.message
     assert file.read_text() == "mine"
+
+
+def test_a_video_is_in_no_file(tmp_path: Path) -> None:
+    """Said before the recording is looked at."""
+    file = tmp_path / "notes.txt"
+    file.write_text("mine")
+    video = file / "clips" / "a.webm"
+    done = CliRunner().invoke(study, ["replay", "nowhere.mcap", "--video", str(video)])
+    assert isinstance(done.exception, StudyError)
+    assert done.exception.message.startswith(f"--video {video} lies in {file}, which is a file")
