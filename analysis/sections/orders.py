@@ -8,33 +8,21 @@ from typing import Any
 
 from analysis.protocol_facts import ProtocolFacts
 from analysis.recordings import StudyRecordings
-from analysis.tables.study_tables import StudyTables
 from study.orders import possible_orders
-from study.recording.enrolled import ORDER_BY_HAND
 
 
-def changed_orders(
-    study: StudyRecordings, facts: ProtocolFacts, tables: StudyTables
-) -> list[tuple[str, str]]:
+def changed_orders(study: StudyRecordings, facts: ProtocolFacts) -> list[tuple[str, str]]:
     """Say of whom another order was run than the plan had, or one that is none of the design.
-
-    Where the experimenter's note in the recording tells what the plan had, it is not said again.
 
     Returns:
         (participant, what is so) for each of them.
     """
     found = []
-    notes = tables.frame("notes")
-    noted = {
-        session
-        for session, text in zip(notes["session"], notes["text"], strict=True)
-        if str(text).startswith(ORDER_BY_HAND)
-    }
     for session in study.sessions:
         ran, planned = session.opened.order, session.planned_order
         designed = _designed(session.protocol)
         parts = [f"{_in_words(ran, facts)} was run"]
-        if planned and ran != planned and session.opened.session_id not in noted:
+        if planned and ran != planned:
             parts.append(f"the plan had {_in_words(planned, facts)}")
         if designed and ran not in designed:
             parts.append("it is none of the design's orders")

@@ -94,7 +94,7 @@ def flags(results: StudyResults) -> list[Flag]:
         ]
     found += [
         Flag("Order", who, text, "Analysed as run")
-        for who, text in changed_orders(study, results.facts, results.tables)
+        for who, text in changed_orders(study, results.facts)
     ]
     uneven = uneven_orders(study, results.facts)
     if uneven:

@@ -21,7 +21,6 @@ from study.enrolment.withdrawing import unlink, withdraw
 from study.errors import StudyError
 from study.loading import LoadedProtocol
 from study.orders import possible_orders
-from study.recording.enrolled import ORDER_BY_HAND
 
 BY_HAND = (
     "[yellow]Still to be done by hand:[/] erase reports, tables and exports of this participant, "
@@ -98,7 +97,7 @@ def _by_hand(order: Sequence[str], planned: Sequence[str]) -> str:
     """Say that an order was set by hand, if another one was planned."""
     if tuple(order) == tuple(planned):
         return ""
-    return f"{ORDER_BY_HAND}{' then '.join(order)}; the plan had {' then '.join(planned)}"
+    return f"Order set by hand: {' then '.join(order)}; the plan had {' then '.join(planned)}"
 
 
 def foreseen(

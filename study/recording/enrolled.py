@@ -23,8 +23,6 @@ APPLICATION_ID = 0x53415031
 VERSION = 1
 PLAN_HAD = "by hand; the plan had "
 """In the history of who got an order by hand; what follows is the plan's, by commas."""
-ORDER_BY_HAND = "Order set by hand: "
-"""So begins the note in the recording of who got another order than the plan had."""
 _LIMIT = 16 << 20
 
 

@@ -21,11 +21,10 @@ from analysis.sections.summary import Tile, tiles
 from analysis.tables.study_tables import StudyTables
 from study.enrolment.register import Register
 from study.events.events import Deviation, Paused, Resumed, SessionEnded
-from study.events.experimenter_records import ExperimenterNoted
 from study.events.fields import Record
 from study.events.inputs import RecordingInterrupted, RecordingRestored
 from study.recording.client import Recorder
-from study.recording.enrolled import FILE_NAME, ORDER_BY_HAND
+from study.recording.enrolled import FILE_NAME
 from synthetic_study import Plan, Session, write_session
 
 AB, BA = ("manual", "assisted"), ("assisted", "manual")
@@ -181,28 +180,6 @@ def test_an_order_run_against_the_plan_is_flagged(tmp_path: Path) -> None:
     assert not [row for row in flags(results_in(tmp_path)) if row.kind == "Order"]
 
 
-def test_an_order_that_a_note_tells_of_is_told_once(tmp_path: Path) -> None:
-    """On the page of its participant, where notes are; the register is not asked for it again."""
-    note = f"{ORDER_BY_HAND}manual then assisted; the plan had assisted then manual"
-    with Register(tmp_path) as register:
-        for index, told in enumerate((note, "Wore gloves")):
-            who = f"P0{index + 1}"
-            records = Session(person(who, 2 * index)).run()
-            records.insert(2, ExperimenterNoted(records[1].t_ns, told, -1, 1))
-            recorder = Recorder.start(tmp_path, who, {}, {"session_id": f"s{2 * index:04d}"})
-            for record in records:
-                recorder.write(record, record.t_ns)
-            recorder.close()
-            register.reserve("synthetic", [BA], pseudonym=who, order=AB)
-    results = results_in(tmp_path)
-    (flag,) = (row for row in flags(results) if row.kind == "Order" and row.session != "all")
-    assert flag.session == "P02"
-    first, second = (
-        [note for note in page.notes if "the plan had" in note] for page in pages(results)
-    )
-    assert (len(first), second) == (1, [])
-
-
 def test_orders_outside_the_design_and_uneven_ones_are_flagged(results: StudyResults) -> None:
     """That much the recordings tell by themselves."""
 
@@ -220,9 +197,9 @@ def test_orders_outside_the_design_and_uneven_ones_are_flagged(results: StudyRes
         return dataclasses.replace(results.study, sessions=tuple(sessions))
 
     facts = results.facts
-    assert changed_orders(designed("ab_ba"), facts, results.tables) == []
+    assert changed_orders(designed("ab_ba"), facts) == []
     assert uneven_orders(designed("ab_ba"), facts) == ""
-    found = changed_orders(designed("fixed"), facts, results.tables)
+    found = changed_orders(designed("fixed"), facts)
     assert [who for who, _ in found] == ["P02", "P04", "P06", "P08"]
     assert found[0][1] == "Assisted then Manual was run; it is none of the design's orders"
     uneven = uneven_orders(designed("ab_ba", AB), facts)
