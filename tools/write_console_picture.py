@@ -95,7 +95,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="sa") as place:
         os.environ |= {"XDG_RUNTIME_DIR": place, "TMPDIR": place}
         tempfile.tempdir = place
-        protocol = stretched(Path(place), 7.5)
+        protocol = stretched(Path(place), 7.5, "manual")
         found = Played("P01", Path(place) / "recordings")
         with real_study(str(protocol), found.folder) as (hands, _):
             hands.wait_for_window()
