@@ -17,7 +17,7 @@ def replace_text(path: Path, text: str, *, private: bool = False) -> None:
     Raises:
         OSError: it cannot be written.
     """
-    part = path.with_name(f".{path.name}.part")
+    part = part_of(path)
     part.unlink(missing_ok=True)
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL
     descriptor = os.open(part, flags, 0o600 if private else 0o666)
@@ -26,3 +26,8 @@ def replace_text(path: Path, text: str, *, private: bool = False) -> None:
         stream.flush()
         os.fsync(stream.fileno())
     os.replace(part, path)  # noqa: PTH105 - Path.replace reads as a change of text
+
+
+def part_of(path: Path) -> Path:
+    """Return where a file is while it is written; one that was killed may leave it there."""
+    return path.with_name(f".{path.name}.part")

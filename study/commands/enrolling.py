@@ -21,6 +21,7 @@ from study.enrolment.withdrawing import unlink, withdraw
 from study.errors import StudyError
 from study.loading import LoadedProtocol
 from study.orders import possible_orders
+from study.preflight_result import forget_rehearsed
 
 BY_HAND = (
     "[yellow]Still to be done by hand:[/] erase reports, tables and exports of this participant, "
@@ -256,6 +257,7 @@ class Enrolled:
             case "declined":
                 # Who declines leaves a count and nothing else.
                 register.release(*key)
+                forget_rehearsed(self._folder, self._participant)
             case "ended_early":
                 failed = finished.reason == NOT_UNDERSTOOD
                 register.finish(*key, "excluded" if failed else "dropped", finished.reason)

@@ -25,6 +25,7 @@ from study.enrolment.withdrawing import withdraw
 from study.errors import StudyError
 from study.loading import find_protocol, load_protocol
 from study.output_option import folder_wanted
+from study.preflight_result import forget_rehearsed
 
 ACTIONS = (
     "exclude",
@@ -157,6 +158,7 @@ def _edit(register: Register, known: Participant, action: str, text: str) -> Non
             return
         case _:
             register.release(known.study, known.pseudonym)
+            forget_rehearsed(register.folder, known.pseudonym)
     now = register.find(known.study, known.pseudonym)
     if now is None:
         console.print(f"{known.pseudonym}: the slot is free; nothing is kept.")

@@ -20,13 +20,20 @@ from study.commands.terminal import console, errors
 from study.errors import StudyError
 from study.loading import LoadedProtocol, load_protocol
 from study.output_option import folder_wanted
+from study.preflight_result import (
+    FRESH_HOURS,
+    Check,
+    Preflight,
+    as_json,
+    keep_preflight,
+    read_preflight,
+)
 from study.remarks import remarks
 from study.shell.pygame_check import require_pygame_ce
 
 if TYPE_CHECKING:
     from study.commands.composing import Assignment
     from study.commands.running import Seat
-    from study.shell.preflight.check import Check, Preflight
 
 COLOURS = {"green": "green", "amber": "yellow", "red": "bold red"}
 
@@ -64,9 +71,7 @@ def preflight(
     """
     from study.commands.run import parse_size  # noqa: PLC0415
     from study.commands.running import Seat  # noqa: PLC0415 - pygame is slow to import
-    from study.shell.preflight.check import FILE, as_json  # noqa: PLC0415
     from study.shell.window import check_size, check_ui_scale  # noqa: PLC0415
-    from study.whole_file import replace_text  # noqa: PLC0415
 
     require_pygame_ce()
     loaded = load_protocol(protocol)
@@ -77,7 +82,7 @@ def preflight(
     found = found.model_copy(update={"participant": participant})
     try:
         output.mkdir(parents=True, exist_ok=True, mode=0o700)
-        replace_text(output / FILE, found.model_dump_json(indent=1) + "\n", private=True)
+        keep_preflight(output, found)
     except OSError as error:
         errors.print(f"[yellow]The result cannot be kept in {escape(str(output))}:[/] "
                      f"{escape(error.strerror or str(error))}")  # fmt: skip
@@ -113,8 +118,6 @@ def _rehearsed(
 def _look(
     loaded: LoadedProtocol, assignment: Assignment, folder: Path, seat: Seat, *, with_keys: bool
 ) -> Preflight:
-    from study.shell.preflight.check import Preflight  # noqa: PLC0415
-
     began = time.perf_counter()
     checks = tuple(_checks(loaded, assignment, folder, seat, with_keys=with_keys))
     return Preflight(
@@ -133,7 +136,6 @@ def _checks(
     """Make all checks; those in the window last, so that the experimenter is not kept there."""
     from study.commands.rehearsing import rehearse  # noqa: PLC0415
     from study.shell.preflight import display, keys, machine  # noqa: PLC0415
-    from study.shell.preflight.check import Check  # noqa: PLC0415
 
     protocol = loaded.protocol
     clocks = machine.Clocks()
@@ -193,8 +195,6 @@ def preflight_before(
     Raises:
         StudyError: it is red, and no reason is given to begin all the same.
     """
-    from study.shell.preflight.check import FRESH_HOURS, read_preflight  # noqa: PLC0415
-
     found = read_preflight(folder)
     if found is None or found.age_hours() > FRESH_HOURS:
         return Before()
@@ -202,7 +202,8 @@ def preflight_before(
     if found.protocol_sha256 != protocol_sha256:
         remark += f"; of another protocol, {Path(found.protocol).name}"
     if found.participant and found.participant != participant:
-        remark += f"; rehearsed for {found.participant}"
+        # Without the pseudonym, which could not be erased from somebody else's recording.
+        remark += f"; rehearsed for {'another' if participant else 'a named'} participant"
     if found.state != "red":
         return Before(remark)
     red = "; ".join(f"{c.name}: {c.found}" for c in found.checks if c.state == "red")

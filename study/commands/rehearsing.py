@@ -13,11 +13,11 @@ from study.errors import StudyError
 from study.events.fields import Record
 from study.loading import LoadedProtocol
 from study.messages import messages_for
+from study.preflight_result import Check
 from study.recording.wire import encode
 from study.screens import FleetScreen, Screen
 from study.session.effects import RequestFit
 from study.shell.fitting import FitAnswer, InlineFitter
-from study.shell.preflight.check import Check
 from study.shell.virtual_loop import VirtualClock
 
 RECORDS_BESIDE = 1.5

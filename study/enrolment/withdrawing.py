@@ -14,6 +14,7 @@ from study.enrolment.not_taking_part import count
 from study.enrolment.participants import now_utc
 from study.enrolment.register import Register
 from study.errors import StudyError
+from study.preflight_result import forget_rehearsed
 from study.recording.enrolled import add_tombstone
 from study.recording.file_lock import is_held
 
@@ -47,6 +48,7 @@ def withdraw(register: Register, study: str, pseudonym: str) -> list[Path]:
             # That they are counted matters less than that the data go.
             uncounted = error
     unlink(files, "The rest is noted. Mend that, and say the same again.")
+    forget_rehearsed(register.folder, known.pseudonym)
     with register.transaction():
         register.connection.execute(
             "DELETE FROM files WHERE study = ? AND pseudonym = ?", (study, known.pseudonym)

@@ -20,7 +20,7 @@ from study.enrolment.withdrawing import leave_tombstone
 from study.errors import StudyError
 from study.loading import load_protocol
 from study.orders import possible_orders
-from study.shell.preflight.check import FILE
+from study.preflight_result import FILE
 from study.verification import verify
 from x11_driver import Hands, x_server
 

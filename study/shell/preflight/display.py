@@ -10,11 +10,11 @@ from collections.abc import Iterable
 import numpy as np
 import pygame
 
+from study.preflight_result import Check, Limits
 from study.screens import FleetScreen
 from study.shell.drawing.lettering import FILES, FONTS
 from study.shell.interrupts import ctrl_c_later
 from study.shell.live_loop import LiveClock, LiveLoop
-from study.shell.preflight.check import Check, Limits
 from study.shell.preflight.rolling import NoRecorder, Rolling
 from study.shell.punctuality import LATE_PERIODS
 from study.shell.window import SMALLEST, Window

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import time
 
+from study.preflight_result import Check
 from study.screens import KeyTrialScreen
-from study.shell.preflight.check import Check
 from study.shell.raw_inputs import RawClose, RawKey
 from study.shell.window import Window
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from study.shell.preflight.check import Check, Limits
+from study.preflight_result import Check, Limits
 
 TIMES_NEEDED = 3
 """How many times what a session writes should be free."""

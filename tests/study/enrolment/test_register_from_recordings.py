@@ -5,7 +5,9 @@ from __future__ import annotations
 import dataclasses
 import json
 import shutil
+from datetime import UTC, datetime
 from pathlib import Path
+from typing import Literal
 
 import pytest
 from typer.testing import CliRunner
@@ -15,6 +17,7 @@ from protocols import variant
 from study.commands import main as command
 from study.commands.composing import session_opened, start_failover_recorder
 from study.commands.enrolling import Enrolled, Finished, assign, who_broke_off
+from study.commands.preflight import preflight_before
 from study.commands.simulating import simulate_session, simulated_assignments
 from study.enrolment.importing import ERASED, NOT_UNDERSTOOD, bring_in_step
 from study.enrolment.not_taking_part import COUNTS
@@ -25,6 +28,7 @@ from study.enrolment.withdrawing import withdraw
 from study.errors import StudyError
 from study.events.events import SessionEnded
 from study.loading import load_protocol
+from study.preflight_result import FILE, Preflight, keep_preflight, read_preflight
 from study.recording.enrolled import FILE_NAME, tombstones
 
 
@@ -254,6 +258,87 @@ def test_withdrawal_erases_and_leaves_a_tombstone(tmp_path: Path) -> None:
     with pytest.raises(StudyError, match="withdrew"):
         assign(loaded, "P02", tmp_path)
     assert known_in(tmp_path)["P02"].state == "withdrawn"
+
+
+def rehearsed(folder: Path, participant: str) -> Preflight:
+    """Keep a preflight for a participant, and what one that was killed left behind."""
+    made = Preflight(
+        utc="2026-01-02T03:04:05+00:00", host="lab", protocol="smoke.toml",
+        protocol_sha256="0" * 64, participant=participant, seconds=1.0, checks=(),
+    )  # fmt: skip
+    folder.mkdir(exist_ok=True)
+    keep_preflight(folder, made)
+    (folder / f".{FILE}.part").write_text(participant)
+    return made
+
+
+@pytest.mark.parametrize("spelled", ["P02", "p02"])
+def test_a_preflight_forgets_who_withdrew(tmp_path: Path, spelled: str) -> None:
+    """The pseudonym goes from it, whatever its capitals; all else counts as before."""
+    made = rehearsed(tmp_path, spelled)
+    withdrawn_folder(tmp_path)
+    assert read_preflight(tmp_path) == made.model_copy(update={"participant": ""})
+    assert not list(tmp_path.glob(".*"))
+    assert (tmp_path / FILE).stat().st_mode & 0o077 == 0
+
+
+def test_a_preflight_of_somebody_else_is_kept(tmp_path: Path) -> None:
+    """Whose rehearsal it was is nobody else's to erase; what is no preflight goes whole."""
+    made = rehearsed(tmp_path, "P01")
+    withdrawn_folder(tmp_path)
+    assert read_preflight(tmp_path) == made
+    (tmp_path / FILE).write_text("P02, but no preflight")
+    with Register(tmp_path) as register:
+        withdraw(register, "smoke", "P02")
+    assert not (tmp_path / FILE).exists()
+
+
+def test_a_preflight_that_cannot_be_changed_is_named(tmp_path: Path) -> None:
+    """The data are erased by then; saying it again finishes it."""
+    (tmp_path / FILE).mkdir()
+    path = record(tmp_path, "P01", ended=COMPLETE)
+    known_in(tmp_path)
+    with Register(tmp_path) as register:
+        with pytest.raises(StudyError, match=rf"{FILE} may name P01"):
+            withdraw(register, "smoke", "P01")
+        assert not path.exists()
+        (tmp_path / FILE).rmdir()
+        withdraw(register, "smoke", "P01")
+
+
+@pytest.mark.parametrize("outcome", ["declined", "erased"])
+def test_a_preflight_forgets_who_declined_or_had_all_erased(
+    tmp_path: Path, outcome: Literal["declined", "erased"]
+) -> None:
+    """Both leave no pseudonym there."""
+    rehearsed(tmp_path, "P01")
+    with lease(tmp_path) as enrolled:
+        if outcome == "erased":
+            enrolled.begin()
+        enrolled.write_back(Finished((), outcome))
+    kept = read_preflight(tmp_path)
+    assert kept is not None
+    assert kept.participant == ""
+
+
+def test_a_preflight_forgets_whose_slot_is_released(tmp_path: Path) -> None:
+    """Of who had no session nothing is kept, as the command says."""
+    rehearsed(tmp_path, "P01")
+    lease(tmp_path)
+    done = CliRunner().invoke(command.app, ["participants", "release", "P01", str(tmp_path)])
+    assert "nothing is kept" in done.output
+    assert "P01" not in (tmp_path / FILE).read_text()
+
+
+def test_a_recording_does_not_name_whom_a_preflight_was_for(tmp_path: Path) -> None:
+    """It could not be erased from there when that participant withdraws."""
+    made = rehearsed(tmp_path, "P01")
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    keep_preflight(tmp_path, made.model_copy(update={"utc": now}))
+    for participant, said in (("P02", "another"), ("", "a named")):
+        remark = preflight_before(tmp_path, made.protocol_sha256, "", participant).remark
+        assert remark.endswith(f"; rehearsed for {said} participant")
+    assert "rehearsed" not in preflight_before(tmp_path, made.protocol_sha256, "", "P01").remark
 
 
 def test_sessions_to_go_on_with_are_told_by_how_they_ended(tmp_path: Path) -> None:

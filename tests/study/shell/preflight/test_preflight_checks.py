@@ -13,8 +13,8 @@ import pytest
 
 import sample_screens as samples
 from study.errors import StudyError
+from study.preflight_result import FILE, Check, Preflight, as_json, read_preflight
 from study.shell.preflight import display, keys, machine
-from study.shell.preflight.check import FILE, Check, Preflight, as_json, read_preflight
 from study.shell.window import Window
 
 

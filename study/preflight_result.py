@@ -11,6 +11,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from study.errors import StudyError
+from study.whole_file import part_of, replace_text
 
 State = Literal["green", "amber", "red"]
 FILE = "preflight.json"
@@ -88,7 +89,7 @@ def read_preflight(folder: Path) -> Preflight | None:
     """Return the last preflight made for recordings in a folder; None if there is none.
 
     Raises:
-        StudyError: the file is none.
+        StudyError: the file is none, or cannot be read.
     """
     path = folder / FILE
     try:
@@ -108,6 +109,40 @@ def read_preflight(folder: Path) -> Preflight | None:
             f"{path} is no preflight's result", "Run `study preflight` again; it replaces the file."
         ) from error
     return found
+
+
+def keep_preflight(folder: Path, found: Preflight) -> None:
+    """Keep a preflight's result for the sessions that are recorded in a folder.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    replace_text(folder / FILE, found.model_dump_json(indent=1) + "\n", private=True)
+
+
+def forget_rehearsed(folder: Path, pseudonym: str) -> None:
+    """Drop a participant's pseudonym from the preflight kept in a folder; the rest still counts.
+
+    Raises:
+        StudyError: the file can be neither changed nor erased.
+    """
+    path = folder / FILE
+    try:
+        # One that was killed while it wrote may have left the name there.
+        part_of(path).unlink(missing_ok=True)
+        try:
+            found = read_preflight(folder)
+        except StudyError:
+            # Whom it names cannot be told, and it is of no use to anybody.
+            path.unlink()
+            return
+        if found is not None and found.participant.casefold() == pseudonym.casefold():
+            keep_preflight(folder, found.model_copy(update={"participant": ""}))
+    except OSError as error:
+        raise StudyError(
+            f"{path} may name {pseudonym}, and cannot be changed: {error.strerror}",
+            "Mend that, or remove the file by hand.",
+        ) from error
 
 
 def as_json(found: Preflight) -> str:
