@@ -20,7 +20,7 @@ def clear_simulated(folder: Path, hint: str) -> None:
     """
     found = sorted(folder.iterdir()) if folder.is_dir() else []
     for path in found:
-        if not _is_simulated(path):
+        if not is_simulated(path):
             raise StudyError(
                 f"{path} is no recording of a simulated participant",
                 f"{hint}; the one given is emptied.",
@@ -29,7 +29,8 @@ def clear_simulated(folder: Path, hint: str) -> None:
         path.unlink()
 
 
-def _is_simulated(path: Path) -> bool:
+def is_simulated(path: Path) -> bool:
+    """Whether a file is a recording of a simulated participant, and says so itself."""
     try:
         return read_recording(path).metadata.get("operator_kind") == "simulated"
     except (StudyError, OSError):

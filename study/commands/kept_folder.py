@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from study.commands.clearing import is_simulated
 from study.errors import StudyError
 from study.recording.enrolled import FILE_NAME, TOMBSTONES
 from study.recording.parts import recordings_in
@@ -13,14 +14,24 @@ def check_kept(folder: Path) -> None:
     """Refuse a folder that holds nothing of a study: looking into it would make a register there.
 
     Raises:
-        StudyError: it is not there, is a file, or has neither register nor recordings.
+        StudyError: it is not there, is a file, has neither register nor recordings, or has no
+            register and recordings of simulated participants only.
     """
     if not folder.is_dir():
         what = "is a file" if folder.exists() else "is not there"
         raise StudyError(f"no folder {folder}: it {what}", "Give the folder of the recordings.")
     kept = any((folder / name).exists() for name in (FILE_NAME, TOMBSTONES))
-    if not kept and not recordings_in(folder):
+    if kept:
+        return
+    recordings = recordings_in(folder)
+    if not recordings:
         raise StudyError(
             f"{folder} holds neither a register of participants nor recordings",
             "Give the folder of the recordings; `study run` makes it.",
+        )
+    if all(map(is_simulated, recordings)):
+        raise StudyError(
+            f"no people took part in {folder}: all {len(recordings)} recordings there are of "
+            "simulated participants",
+            "Give the folder of the sessions with people; `study run` makes it.",
         )

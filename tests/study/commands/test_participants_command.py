@@ -14,6 +14,7 @@ from command_line import study
 from study.commands import main
 from study.commands.participants import confirm
 from study.commands.resuming import find_boundary
+from study.commands.simulating import simulate_session, simulated_assignments
 from study.enrolment.register import Register
 from study.enrolment.withdrawing import leave_tombstone
 from study.errors import StudyError
@@ -163,6 +164,26 @@ def test_a_folder_of_nothing_gets_no_register(tmp_path: Path, words: list[str]) 
     assert ("holds neither a register of participants nor" in done.stderr) == there
     assert ("no folder none: it is not there" in done.stderr) == (not there)
     assert [path.name for path in tmp_path.iterdir()] == ["holiday.txt"]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["participants", "."], ["run", "smoke", "--resume", "-o", "."]],
+    ids=" ".join,
+)
+def test_a_folder_of_simulated_participants_gets_no_register(
+    tmp_path: Path, words: list[str]
+) -> None:
+    """It is said that no people took part, until one did."""
+    (simulated,) = simulated_assignments(load_protocol("smoke"), 1, seed=1)
+    path = simulate_session("smoke", simulated, 1, tmp_path)
+    done = study(*words, folder=tmp_path)
+    assert done.returncode == 2
+    assert "no people took part in ." in done.stderr
+    assert list(tmp_path.iterdir()) == [path]
+    # What cannot be read may be a person's.
+    (tmp_path / "torn.mcap").write_bytes(b"torn")
+    assert "no people" not in study(*words, folder=tmp_path).stderr
 
 
 def test_a_forgotten_pseudonym_is_asked_for(folder: Path) -> None:
