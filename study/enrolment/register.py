@@ -88,11 +88,9 @@ class Register(Ledger):
                 (study, pseudonym, slot, ",".join(ran), int(pilot), now_utc()),
             )
             self.lease(study, pseudonym)
-            overruled = f", {PLAN_HAD}{','.join(planned)}" if ran != planned else ""
-            self.note_history(
-                study, pseudonym, "reserved", f"slot {slot}, order {','.join(ran)}{overruled}"
-            )
-            return self.must_know(study, pseudonym)
+            reserved = self.must_know(study, pseudonym)
+            self._note_reserved(reserved, ran, planned)
+            return reserved
 
     def expected_order(
         self,
@@ -196,26 +194,51 @@ class Register(Ledger):
         refuse_another_session(known, given, self.folder, again=again)
         study, pseudonym = known.study, known.pseudonym
         if known.state == "reserved":
-            if order:
-                self.connection.execute(
-                    "UPDATE participants SET run_order = ? WHERE study = ? AND pseudonym = ?",
-                    (",".join(order), study, pseudonym),
-                )
-            self.lease(study, pseudonym)
-            return self.must_know(study, pseudonym)
-        visit = known.visits + 1
-        self.change(study, pseudonym, "reserved", known.reason)
-        self.connection.execute(
-            "UPDATE participants SET before_edit = ?, visits = ? WHERE study = ? AND pseudonym = ?",
-            (known.state, visit, study, pseudonym),
-        )
+            visit = known.visits
+            if visit == 1 and order:
+                self._reorder(known, order)
+        else:
+            visit = known.visits + 1
+            self.change(study, pseudonym, "reserved", known.reason)
+            self.connection.execute(
+                "UPDATE participants SET before_edit = ?, visits = ? "
+                "WHERE study = ? AND pseudonym = ?",
+                (known.state, visit, study, pseudonym),
+            )
         self.lease(study, pseudonym)
-        self.note_history(
-            study, pseudonym, "again", f"session {visit}, order {','.join(order or known.order)}"
-        )
+        if visit > 1 and (order or known.state != "reserved"):
+            self.note_history(
+                *(study, pseudonym, "again"),
+                f"session {visit}, order {','.join(order or known.order)}",
+            )
         reserved = self.must_know(study, pseudonym)
         # The order of the first session stays the one that is balanced.
         return dataclasses.replace(reserved, order=order) if order else reserved
+
+    def _reorder(self, known: Participant, order: tuple[str, ...]) -> None:
+        """Give the order of a session that has not begun, and say so in the history."""
+        if order == known.order:
+            return
+        study, pseudonym = known.study, known.pseudonym
+        row = self.connection.execute(
+            "SELECT detail FROM history WHERE study = ? AND pseudonym = ? AND instr(detail, ?) "
+            "ORDER BY number LIMIT 1",
+            (study, pseudonym, PLAN_HAD),
+        ).fetchone()
+        planned = tuple(row[0].partition(PLAN_HAD)[2].split(",")) if row else known.order
+        self.connection.execute(
+            "UPDATE participants SET run_order = ? WHERE study = ? AND pseudonym = ?",
+            (",".join(order), study, pseudonym),
+        )
+        self._note_reserved(known, order, planned)
+
+    def _note_reserved(
+        self, known: Participant, order: tuple[str, ...], planned: tuple[str, ...]
+    ) -> None:
+        """Note slot and order of a reservation, and the plan's order if that is another."""
+        overruled = f", {PLAN_HAD}{','.join(planned)}" if order != planned else ""
+        detail = f"slot {known.slot}, order {','.join(order)}{overruled}"
+        self.note_history(known.study, known.pseudonym, "reserved", detail)
 
     def _give_up_stale(self, study: str) -> None:
         for known in self.select("study = ? AND state = 'reserved'", study):

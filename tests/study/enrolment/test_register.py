@@ -16,6 +16,7 @@ from study.enrolment.pseudonyms import check_participant, draw_pseudonym, looks_
 from study.enrolment.register import Register
 from study.errors import StudyError
 from study.orders import possible_orders
+from study.recording.enrolled import planned_orders
 
 AB, BA = ("a", "b"), ("b", "a")
 
@@ -102,6 +103,36 @@ def test_wrong_condition_is_recorded_and_balanced(tmp_path: Path) -> None:
         (line,) = register.history("s", wrong.pseudonym)
         assert line.detail == "slot 1, order b,a, by hand; the plan had a,b"
         assert [register.reserve("s", [AB, BA]).order for _ in range(2)] == [AB, AB]
+
+
+def test_another_order_for_a_reserved_slot_is_in_the_history(tmp_path: Path) -> None:
+    """Each change has a line, and what the plan had stays what it was at first."""
+
+    def reserve(order: tuple[str, ...]) -> str:
+        reserved = register.reserve("s", [AB, BA], pseudonym="P1", order=order)
+        assert reserved.order == (order or AB)
+        return register.history("s", "P1")[-1].detail
+
+    with here(tmp_path) as register:
+        assert reserve(()) == "slot 1, order a,b"
+        assert reserve(BA) == "slot 1, order b,a, by hand; the plan had a,b"
+        assert planned_orders(tmp_path) == {("s", "P1"): AB}
+        assert reserve(AB) == "slot 1, order a,b"
+        assert reserve(BA) == "slot 1, order b,a, by hand; the plan had a,b"
+        reserve(BA)
+        assert len(register.history("s", "P1")) == 4
+        assert planned_orders(tmp_path) == {("s", "P1"): AB}
+
+
+def test_another_order_for_a_second_session_leaves_the_first_ones(tmp_path: Path) -> None:
+    """While it is reserved, too: the history has the line, and the balance the first order."""
+    with here(tmp_path) as register:
+        through(register, "P1")
+        register.reserve("s", [AB, BA], pseudonym="P1", again=True)
+        other = register.reserve("s", [AB, BA], pseudonym="P1", order=BA)
+        assert (other.order, other.visits) == (BA, 2)
+        assert register.history("s", "P1")[-1].detail == "session 2, order b,a"
+        assert register.participants()[0].order == AB
 
 
 def test_a_duplicate_is_refused(tmp_path: Path) -> None:
