@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
+
 from study.errors import StudyError
+from study.families import load_member
 from study.loading import LoadedProtocol
 from study.recording.parts import read_session
 from study.whatif.sessions import applied_fits
@@ -23,7 +26,8 @@ def recorded_weights(
         overrides: scorer's name to the path of a recording; before what the protocol says.
 
     Raises:
-        StudyError: a recording is not named, cannot be read, or holds no such scorer.
+        StudyError: a recording is not named, cannot be read, holds no such scorer, or one that
+            does not fit the protocol's task.
     """
     wanted = dict(overrides or {})
     found = {}
@@ -39,7 +43,9 @@ def recorded_weights(
         path = Path(given)
         if not path.is_absolute() and not path.is_file():
             path = loaded.path.parent / path
-        found[f"scorer:{name}"] = _weights(path, str(part.parameters.get("scorer", "luce")))
+        weights = _weights(path, str(part.parameters.get("scorer", "luce")))
+        _check_fits(path, weights, loaded)
+        found[f"scorer:{name}"] = weights
     if wanted:
         raise StudyError(
             f'--scorer names "{", ".join(wanted)}", which is no scorer from a recording',
@@ -75,3 +81,16 @@ def _weights(path: Path, scorer: str) -> bytes:
             "Check scorers.NAME.parameters.scorer against that session's protocol.",
         )
     return fits[-1].weights
+
+
+def _check_fits(path: Path, weights: bytes, loaded: LoadedProtocol) -> None:
+    """Try a scorer on the protocol's task, as the session will when it needs it."""
+    member = load_member("study.scorers", "scorer", ALGORITHM)
+    arrays = {member.WEIGHTS: np.frombuffer(weights, np.uint8)}
+    try:
+        member.fit(arrays, loaded.description, {}, 0)
+    except StudyError as error:
+        raise StudyError(
+            f"{path.name}: {error.message}",
+            f"Take a recording of the same task, {loaded.protocol.task.name}.",
+        ) from error

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,7 +14,7 @@ from rich.markup import escape
 from study.commands.composing import lock_warning
 from study.commands.kept_folder import check_kept
 from study.commands.preflight import preflight_before
-from study.commands.recorded_scorers import parse_overrides
+from study.commands.recorded_scorers import parse_overrides, recorded_weights
 from study.commands.terminal import console, errors, shown_path, tell
 from study.enrolment.importing import NOT_UNDERSTOOD
 from study.enrolment.pseudonyms import check_participant
@@ -27,6 +27,7 @@ from study.shell.pygame_check import require_pygame_ce
 
 if TYPE_CHECKING:
     from study.commands.enrolling import Finished
+    from study.shell.last_words import LastWords
 
 
 def run(
@@ -87,13 +88,16 @@ def run(
         resume_session,
         run_session,
     )
-    from study.shell.fleet import check_installed  # noqa: PLC0415
-    from study.shell.last_words import LastWords  # noqa: PLC0415
+    from study.shell import last_words as words  # noqa: PLC0415
+    from study.shell.fleet import check_installed, check_live  # noqa: PLC0415
+    from study.shell.lsl import load_pylsl  # noqa: PLC0415
     from study.shell.window import check_size, check_ui_scale  # noqa: PLC0415
 
     require_pygame_ce()
     if live:
         require_live()
+    if lsl:
+        load_pylsl()
     loaded = load_protocol(protocol)
     if warning := lock_warning(loaded):
         errors.print(f"[yellow]{escape(warning)}[/]")
@@ -103,7 +107,7 @@ def run(
     # An empty id is a slip, as of a variable that was never set: no pseudonym is drawn for it.
     participant = "" if given is None else check_participant(given)
     before = preflight_before(output, loaded.sha256, override_preflight, participant)
-    scorers = parse_overrides(scorer or [])
+    recorded = recorded_weights(loaded, parse_overrides(scorer or []))
     if resume:
         if again or order or seed is not None or pilot:
             raise StudyError(
@@ -111,45 +115,41 @@ def run(
                 "Leave out --again, --order, --seed and --pilot.",
             )
         check_kept(output)
-        whose = participant or check_participant(enrolling.who_broke_off(loaded, output))
-        boundary = find_boundary(loaded, whose, output)
-        enrolled = enrolling.Enrolled(loaded, whose, output)
-        known = enrolled.resume()
-        console.print(enrolling.announce_resumed(boundary))
-        session = partial(resume_session, loaded, boundary, output, pilot=known.pilot)
-        order_note = ""
-    else:
-        assignment = enrolling.assign(
-            loaded, participant, output, order=order, seed=seed, again=again, pilot=pilot
-        )
-        enrolled = enrolling.Enrolled(loaded, assignment.participant, output)
-        console.print(enrolling.announce(assignment))
-        enrolling.tell_place(loaded, assignment, output)
-        session = partial(run_session, loaded, assignment, output, enrolled=enrolled)
-        order_note = assignment.remark
-    last_words = LastWords(messages_for(loaded.protocol.study.language))
-    with closing(last_words):
-        try:
-            with enrolled, _live_view(live_host, live_port, wanted=live) as tap:
-                seat = Seat(
-                    window_size,
-                    fullscreen=fullscreen,
-                    ui_scale=ui_scale,
-                    tap=tap,
-                    lsl=lsl,
-                    remark=before.remark,
-                    notes=tuple(filter(None, (before.note, order_note))),
-                    last_words=last_words,
+    check_live(loaded.protocol.task.name, loaded.protocol.task.parameters)
+    # All that can be refused is refused by now, or by the live view: nobody has a slot for nothing.
+    with closing(words.LastWords(messages_for(loaded.protocol.study.language))) as last_words:
+        with _told_first(last_words), ExitStack() as stack:
+            tap = stack.enter_context(_live_view(live_host, live_port, wanted=live))
+            if resume:
+                whose = participant or check_participant(enrolling.who_broke_off(loaded, output))
+                boundary = find_boundary(loaded, whose, output)
+                enrolled = enrolling.Enrolled(loaded, whose, output)
+                known = enrolled.resume()
+                console.print(enrolling.announce_resumed(boundary))
+                session = partial(resume_session, loaded, boundary, output, pilot=known.pilot)
+                order_note = ""
+            else:
+                assignment = enrolling.assign(
+                    loaded, participant, output, order=order, seed=seed, again=again, pilot=pilot
                 )
-                finished = session(seat=seat, scorers=scorers)
-                enrolled.write_back(finished)
-        except StudyError as error:
-            if not last_words.awaited:
-                raise
-            # Told before the participant's window is waited for, not after.
-            tell(error)
-            last_words.wait()
-            raise typer.Exit(error.exit_status) from error
+                enrolled = enrolling.Enrolled(loaded, assignment.participant, output)
+                console.print(enrolling.announce(assignment))
+                enrolling.tell_place(loaded, assignment, output)
+                session = partial(run_session, loaded, assignment, output, enrolled=enrolled)
+                order_note = assignment.remark
+            stack.enter_context(enrolled)
+            seat = Seat(
+                window_size,
+                fullscreen=fullscreen,
+                ui_scale=ui_scale,
+                tap=tap,
+                lsl=lsl,
+                remark=before.remark,
+                notes=tuple(filter(None, (before.note, order_note))),
+                last_words=last_words,
+            )
+            finished = session(seat=seat, recorded=recorded)
+            enrolled.write_back(finished)
         _tell_outcome(finished)
         if finished.outcome == "erased":
             last_words.say("erased")
@@ -158,6 +158,19 @@ def run(
         last_words.wait()
     if finished.outcome != "complete":
         raise typer.Exit(3)
+
+
+@contextmanager
+def _told_first(last_words: LastWords) -> Iterator[None]:
+    """Tell what went wrong before the participant's window is waited for, not after."""
+    try:
+        yield
+    except StudyError as error:
+        if not last_words.awaited:
+            raise
+        tell(error)
+        last_words.wait()
+        raise typer.Exit(error.exit_status) from error
 
 
 def _tell_outcome(finished: Finished) -> None:

@@ -22,7 +22,6 @@ from study.commands.consenting import Given, ask_for_consent
 from study.commands.deviations import tell_deviations, tell_gates
 from study.commands.enrolling import Enrolled, Finished
 from study.commands.listening import catch_up, open_link, tracker_of
-from study.commands.recorded_scorers import recorded_weights
 from study.commands.resuming import (
     Boundary,
     RestoredFit,
@@ -44,7 +43,7 @@ from study.recording.tapped import Tap, TappedRecorder
 from study.session.session import Session
 from study.shell.conductor import Conductor
 from study.shell.fitting import ProcessFitter
-from study.shell.fleet import check_live, open_emergency, open_fleet
+from study.shell.fleet import open_emergency, open_fleet
 from study.shell.last_words import Ending, LastWords
 from study.shell.live_loop import LiveClock, LiveLoop
 from study.shell.lsl import LslOutlet
@@ -120,7 +119,7 @@ def run_session(
     seat: Seat,
     enrolled: Enrolled,
     *,
-    scorers: Mapping[str, str] | None = None,
+    recorded: Mapping[str, bytes] | None = None,
 ) -> Finished:
     """Run a session in a window.
 
@@ -130,18 +129,15 @@ def run_session(
         folder: where the recording goes.
         seat: the window, and who else watches.
         enrolled: the participant's place in the register.
-        scorers: scorers' names to recordings of other participants.
+        recorded: weights of other participants' scorers, by artefact id.
 
     Returns:
         What it came to.
 
     Raises:
         RecordingFailedError: it could not be recorded to its end.
-        StudyError: ``lsl`` is asked for and cannot be had, or the task's robots are not all
-            live; nothing was recorded then.
+        StudyError: ``lsl`` is asked for and cannot be had; nothing was recorded then.
     """
-    check_live(loaded.protocol.task.name, loaded.protocol.task.parameters)
-    recorded = recorded_weights(loaded, scorers)
     given, window = Given(), None
     if loaded.protocol.consent:
         # Nothing may be written before it, so the window opens before the writer starts.
@@ -158,7 +154,7 @@ def run_session(
     beginning = _Beginning(
         opened,
         lambda _: opened,
-        recorded=recorded,
+        recorded=recorded or {},
         window=window,
         folder=folder,
         enrolled=enrolled,
@@ -186,11 +182,9 @@ def resume_session(
     seat: Seat,
     *,
     pilot: bool = False,
-    scorers: Mapping[str, str] | None = None,
+    recorded: Mapping[str, bytes] | None = None,
 ) -> Finished:
     """Go on with a session in a window, from a boundary; see `run_session`."""
-    check_live(loaded.protocol.task.name, loaded.protocol.task.parameters)
-    recorded = recorded_weights(loaded, scorers)
     end = find_end(boundary.recording)
     recorder = start_failover_recorder(
         folder,
@@ -207,7 +201,7 @@ def resume_session(
         session=boundary.session,
         fits=boundary.fits,
         start_ns=end.t_ns + 1,
-        recorded=recorded,
+        recorded=recorded or {},
         folder=folder,
         earlier=tuple(part.path for part in boundary.recording.parts),
         boundary=boundary,
