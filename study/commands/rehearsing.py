@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from study.commands.composing import Assignment
 from study.commands.recorded_scorers import recorded_weights
@@ -39,8 +39,8 @@ class _Scales(NoRecorder):
 class _WatchedFitter(InlineFitter):
     """Keeps what became of each fit."""
 
-    def __init__(self, loaded: LoadedProtocol) -> None:
-        super().__init__(loaded.description, recorded_weights(loaded))
+    def __init__(self, loaded: LoadedProtocol, recorded: Mapping[str, bytes]) -> None:
+        super().__init__(loaded.description, recorded)
         self.fits: list[tuple[RequestFit, FitAnswer]] = []
 
     def poll(self, seconds: float = 0.0) -> FitAnswer | None:
@@ -68,15 +68,19 @@ class Rehearsal:
     bytes: int
 
 
-def rehearse(loaded: LoadedProtocol, assignment: Assignment) -> Rehearsal:
+def rehearse(
+    loaded: LoadedProtocol, assignment: Assignment, recorded: Mapping[str, bytes] | None = None
+) -> Rehearsal:
     """Run a participant's sequence with a simulated participant in virtual time.
 
     Args:
         loaded: the protocol.
         assignment: seed and order as the participant will have them.
+        recorded: weights of other participants' scorers, by artefact id; by default those of the
+            recordings that the protocol names.
     """
     scales, clock = _Scales(), VirtualClock()
-    fitter = _WatchedFitter(loaded)
+    fitter = _WatchedFitter(loaded, recorded_weights(loaded) if recorded is None else recorded)
     fleets: dict[int, FleetScreen] = {}
     texts: set[str] = set()
 

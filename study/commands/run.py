@@ -88,6 +88,7 @@ def run(
         resume_session,
         run_session,
     )
+    from study.commands.space import tell_space  # noqa: PLC0415
     from study.shell import last_words as words  # noqa: PLC0415
     from study.shell.fleet import check_installed, check_live  # noqa: PLC0415
     from study.shell.lsl import load_pylsl  # noqa: PLC0415
@@ -116,6 +117,7 @@ def run(
             )
         check_kept(output)
     check_live(loaded.protocol.task.name, loaded.protocol.task.parameters)
+    tell_space(loaded, output, recorded)
     # All that can be refused is refused by now, or by the live view: nobody has a slot for nothing.
     with closing(words.LastWords(messages_for(loaded.protocol.study.language))) as last_words:
         with _told_first(last_words), ExitStack() as stack:

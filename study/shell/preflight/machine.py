@@ -32,6 +32,11 @@ def existing(folder: Path) -> Path:
     )
 
 
+def free_bytes(folder: Path) -> int:
+    """Return how much can still be written in a folder, which need not exist yet."""
+    return shutil.disk_usage(existing(folder)).free
+
+
 def disk_space(folder: Path, needed: int) -> Check:
     """Check that a session fits on the disk several times.
 
@@ -39,7 +44,7 @@ def disk_space(folder: Path, needed: int) -> Check:
         folder: of the recordings; need not exist yet.
         needed: what one session writes at most, bytes.
     """
-    free = shutil.disk_usage(existing(folder)).free
+    free = free_bytes(folder)
     enough = free >= TIMES_NEEDED * needed
     return Check(
         name="disk space",
