@@ -115,7 +115,7 @@ def search_contents(stream: BinaryIO, size: int, path: Path) -> Contents:
     where: list[str] = []
     stream.seek(0)
     if stream.read(len(MAGIC)) != MAGIC:
-        findings.problems.append(f"{path.name}: it does not begin as an MCAP file.")
+        findings.problems.append("It does not begin as an MCAP file.")
     try:
         for first, after, error in walk(stream, summary.start if summary else size, findings.take):
             if isinstance(error, ExceedsError):
@@ -125,7 +125,7 @@ def search_contents(stream: BinaryIO, size: int, path: Path) -> Contents:
                 # What follows the data is the summary, whose loss is told already.
                 continue
             findings.ended = False
-            where.append(f"{path.name}: {error} (bytes {first} to {after - 1}).")
+            where.append(_sentence(f"{error} (bytes {first} to {after - 1})."))
             last_damage = first
     except ExceedsError as error:
         raise RecordingError(f"{path} is refused: {error}") from error
@@ -135,7 +135,7 @@ def search_contents(stream: BinaryIO, size: int, path: Path) -> Contents:
                 f"{path} is empty: it has 0 bytes", "Nothing was recorded in it: leave it out."
             )
         why = [*findings.problems, *where, "It was written by another program."][0]
-        why = why.removeprefix(f"{path.name}: ")
+        why = why[:1].lower() + why[1:]
         raise RecordingError(
             f"{path} is no recording of this program: {why}",
             "Give the path of a recording (*.mcap), or of its unfinished .mcap.part.",
@@ -145,9 +145,9 @@ def search_contents(stream: BinaryIO, size: int, path: Path) -> Contents:
             f"{path} is refused: {exceeded}", "No recording of this program is like that."
         )
     if summary is None:
-        findings.problems.append(f"{path.name}: its summary and index are missing.")
+        findings.problems.append("Its summary and index are missing.")
     elif not intact and not where:
-        findings.problems.append(f"{path.name}: the checksum of its data section is wrong.")
+        findings.problems.append("The checksum of its data section is wrong.")
     findings.problems += where[:_PLACES_TOLD]
     if len(where) > _PLACES_TOLD:
         findings.problems.append(f"{len(where) - _PLACES_TOLD} more places are damaged.")
@@ -342,3 +342,7 @@ def _stated_numbers(
 def _unknown_topics(findings: Findings) -> list[str]:
     unknown = sorted(set(findings.channels.values()) - set(record_types_by_topic()))
     return [f"Topics unknown to this program are left out: {unknown}."] if unknown else []
+
+
+def _sentence(words: str) -> str:
+    return words[:1].upper() + words[1:]

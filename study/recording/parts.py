@@ -97,16 +97,16 @@ class SessionRecording:
 
     @property
     def problems(self) -> tuple[str, ...]:
-        """In words, what is missing, was left out, or does not fit together."""
-        return (*(problem for part in self.parts for problem in part.problems), *self.faults)
+        """In words, what is missing, was left out or does not fit together; of several, where."""
+        told = ((f"Part {part_number(p)}: " if self.parts[1:] else "", p) for p in self.parts)
+        return (*(lead + problem for lead, p in told for problem in p.problems), *self.faults)
 
     @cached_property
     def sha256(self) -> str:
         """SHA-256 of the file; of several parts, that of their hexadecimal hashes in order."""
         digests = [part.sha256 for part in self.parts]
-        if len(digests) == 1:
-            return digests[0]
-        return hashlib.sha256("\n".join(digests).encode()).hexdigest()
+        text = "\n".join(digests)
+        return text if len(digests) == 1 else hashlib.sha256(text.encode()).hexdigest()
 
     @cached_property
     def left_out_records(self) -> int:

@@ -6,10 +6,13 @@ import dataclasses
 import shutil
 import subprocess
 import sys
+from io import StringIO
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
+from analysis.commands.writing import open_recordings
 from analysis.measures import analysed_data
 from analysis.protocol_facts import protocol_facts
 from analysis.recordings import StudyRecordings, choose_sessions, load_recordings
@@ -48,6 +51,20 @@ def test_torn_session_is_kept_as_far_as_it_goes(study: StudyRecordings) -> None:
     assert not torn.complete
     assert torn.recording.problems
     assert len(torn.trials) > 0
+
+
+def test_a_damaged_file_is_named_once(tmp_path: Path) -> None:
+    """Beside what is wrong with it; of several parts it is said which."""
+    whole = write_session(tmp_path, small("A", 0))
+    torn = whole.with_name(f"{whole.name}.part")
+    torn.write_bytes(whole.read_bytes()[:-40])
+    whole.unlink()
+    output = Console(file=StringIO(), width=1000)
+    open_recordings([tmp_path], output, pool=False)
+    told = output.file.getvalue()  # type: ignore[attr-defined]
+    damaged = [line for line in told.splitlines() if line.startswith("Damaged: ")]
+    assert f"Damaged: {torn.name}: Its summary and index are missing." in damaged
+    assert [line.count(torn.name) for line in damaged] == [1] * len(damaged)
 
 
 def test_different_protocols_are_pooled_only_on_request(tmp_path: Path) -> None:

@@ -234,7 +234,7 @@ def test_torn_part_that_another_makes_up_for_is_complete() -> None:
     torn.complete, torn.problems = False, ("The end is missing.",)
     session = joined(torn, MemoryPart(rows(9, 20), 2))
     assert session.complete
-    assert session.problems == ("The end is missing.",)
+    assert session.problems == ("Part 1: The end is missing.",)
     assert not joined(torn).complete
 
 

@@ -141,6 +141,20 @@ def test_exit_statuses(whole: Path, tmp_path: Path) -> None:
     assert unfinished.read_bytes() == torn
 
 
+def test_what_is_wrong_does_not_name_the_file_again(whole: Path, tmp_path: Path) -> None:
+    """Whoever tells it names the file; two damaged places, and the lost end, are sentences."""
+    recording = read_recording(whole)
+    damaged = spoil(whole, tmp_path / "P01.mcap.part", recording.chunks.start[2] + 60)
+    damaged.write_bytes(damaged.read_bytes()[: recording.chunks.start[-1] + 20])
+    problems = read_recording(damaged).problems
+    assert len(problems) >= 3
+    assert not any("P01" in problem for problem in problems)
+    assert all(problem[0].isupper() for problem in problems)
+    status, said = run(damaged)
+    assert status == 3
+    assert all(f"\n  {problem}" in f"\n{said}" for problem in problems)
+
+
 def test_files_of_others_are_refused(tmp_path: Path) -> None:
     """Nothing is written for a file that is none of ours, or is not there."""
     other = tmp_path / "other.mcap"
