@@ -23,7 +23,8 @@ def recover(
     """Salvage a torn or damaged recording into a new file, and say what is lost.
 
     Exit status 0: nothing is lost. 3: something is. 2: it is no recording,
-    or the new file cannot be written. The original is never altered.
+    holds no record that can be read, or the new file cannot be written.
+    The original is never altered.
     """
     from study.recording.salvage import salvage  # noqa: PLC0415 - slow to import
 

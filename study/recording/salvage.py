@@ -79,7 +79,8 @@ def salvage(source: Path, target: Path) -> Salvaged:
         target: the new file; it must not exist.
 
     Raises:
-        RecordingError: the source is no recording of ours, or the target cannot be written.
+        RecordingError: the source is no recording of ours, or holds no record that can be read;
+            or the target cannot be written.
     """
     try:
         size = source.stat().st_size
@@ -91,6 +92,12 @@ def salvage(source: Path, target: Path) -> Salvaged:
     with stream:
         digest = hashlib.file_digest(stream, "sha256").hexdigest()
         contents = search_contents(stream, size, source)
+        if not contents.numbers:
+            raise RecordingError(
+                f"{source} holds no record that can be read: there is nothing to salvage",
+                "It stays as it is, and no file is written. What was wrong: "
+                f"{' '.join(contents.problems[:3])}",
+            )
         try:
             path = _write(stream, contents, digest, target)
         except FileExistsError as error:

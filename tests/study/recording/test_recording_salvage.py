@@ -165,6 +165,25 @@ def test_files_of_others_are_refused(tmp_path: Path) -> None:
     assert not list(tmp_path.glob("new*"))
 
 
+def test_a_file_without_a_record_is_refused(whole: Path, tmp_path: Path) -> None:
+    """A session that broke off as it began left a beginning: no empty recording is made of it."""
+    torn = tmp_path / "P01.mcap.part"
+    beginnings = [bomb(torn).read_bytes(), whole.read_bytes()[: first_chunk(whole)]]
+    for beginning in beginnings:
+        torn.write_bytes(beginning)
+        done = CliRunner().invoke(app, ["recover", str(torn)])
+        assert isinstance(done.exception, RecordingError)
+        assert f"{torn} holds no record that can be read" in str(done.exception)
+        assert "Its summary and index are missing." in str(done.exception)
+        assert list(tmp_path.iterdir()) == [torn]
+        assert torn.read_bytes() == beginning
+
+
+def first_chunk(path: Path) -> int:
+    """Return where the chunk with the first records begins, bytes; the opening note's counts."""
+    return int(read_recording(path).chunks.start[0])
+
+
 def bomb(path: Path, *parts: bytes) -> Path:
     """Write a file that says that it is ours, with further records."""
     entries = {"format_version": "1"}
