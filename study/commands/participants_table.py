@@ -1,17 +1,20 @@
-"""The table of participants, as wide as the terminal; pseudonyms are whole in it."""
+"""The table of participants, as wide as the terminal; pseudonyms and dates are whole in it."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from rich.markup import escape
 from rich.table import Table
 
 from study.enrolment.participants import HOLDING, Participant
 
-_DROPPED = ("changed, UTC", "sessions")
+_CHANGED = "changed, UTC"
+_DROPPED = (_CHANGED, "sessions")
 """Columns that a narrow terminal goes without, the first first; --json has them all."""
+_WHOLE = ("pseudonym", _CHANGED)
+"""Columns whose cells are never broken over lines."""
 _FRAME = 3
 """What a column takes beside its cells; the frame's end is one more."""
 
@@ -29,14 +32,18 @@ def participants_table(found: Sequence[Participant], width: int) -> Table:
         "state": [each.shown_state for each in found],
         "order": [", ".join(each.order) for each in found],
         "sessions": [str(each.visits) for each in found],
-        "changed, UTC": [each.changed_utc.replace("T", " ")[:16] for each in found],
+        _CHANGED: [each.changed_utc.replace("T", " ")[:16] for each in found],
         "remarks": ["; ".join(filter(None, (each.reason, each.note))) for each in found],
     }
     if not any(columns["remarks"]):
         del columns["remarks"]
     least = {name: _least(name, cells) for name, cells in columns.items()}
+    if _width(least) > width:
+        # The day says most of it; --json has the time.
+        columns[_CHANGED] = [each.changed_utc[:10] for each in found]
+        least[_CHANGED] = _least(_CHANGED, columns[_CHANGED])
     for name in _DROPPED:
-        if sum(least.values()) + _FRAME * len(least) + 1 > width:
+        if _width(least) > width:
             del least[name]
     studies = sorted({each.study for each in found})
     table = Table(
@@ -44,7 +51,7 @@ def participants_table(found: Sequence[Participant], width: int) -> Table:
         caption="\n".join(_balance(study, found) for study in studies),
     )
     for name, needed in least.items():
-        whole = name == "pseudonym"
+        whole = name in _WHOLE
         table.add_column(name, min_width=needed if whole else None, no_wrap=whole, overflow="fold")
     for row in zip(*(columns[name] for name in least), strict=True):
         table.add_row(*map(escape, row))
@@ -57,8 +64,15 @@ def _slot(each: Participant) -> str:
 
 
 def _least(name: str, cells: Sequence[str]) -> int:
-    """Return the width that a column needs so that no word of it is broken."""
+    """Return the width that a column needs so that no word of it is broken, or no cell."""
+    if name in _WHOLE:
+        return max(map(len, (name, *cells)))
     return max(len(word) for cell in (name, *cells) for word in cell.split() or [""])
+
+
+def _width(least: Mapping[str, int]) -> int:
+    """Return the least width of the table."""
+    return sum(least.values()) + _FRAME * len(least) + 1
 
 
 def _balance(study: str, found: Sequence[Participant]) -> str:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import json
 import subprocess
+from io import StringIO
 from pathlib import Path
 
 import pytest
 import typer
+from rich.console import Console
 from typer.testing import CliRunner
 
 from command_line import study
 from study.commands import main
 from study.commands.participants import confirm
+from study.commands.participants_table import participants_table
 from study.commands.resuming import find_boundary
 from study.commands.simulating import simulate_session, simulated_assignments
 from study.enrolment.register import Register
@@ -81,6 +84,35 @@ def test_pseudonyms_are_whole_at_every_width(tmp_path: Path, width: int) -> None
     assert "\N{HORIZONTAL ELLIPSIS}" not in shown
     assert ("changed" in shown) == (width == 140)
     assert max(len(line) for line in shown.splitlines()) <= width
+
+
+@pytest.mark.parametrize("remark", ["", "stopped by the participant"], ids=["bare", "remarks"])
+def test_dates_are_not_broken_over_lines(tmp_path: Path, remark: str) -> None:
+    """From wide to narrow: day and time, the day, no column; in each a row has one of them."""
+    with Register(tmp_path) as register:
+        for name in ("P4KX9R", "P2ABCD"):
+            register.reserve("pilot", ORDERS, pseudonym=name)
+            register.start("pilot", name)
+            register.finish("pilot", name, "dropped" if remark else "complete", remark)
+        found = register.participants()
+    seen = set()
+    for width in range(60, 141):
+        shown = StringIO()
+        Console(file=shown, width=width).print(participants_table(found, width))
+        lines = shown.getvalue().splitlines()
+        assert max(map(len, lines)) <= width
+        day, minute = found[0].changed_utc[:10], found[0].changed_utc[11:16]
+        if "changed, UTC" not in shown.getvalue():
+            seen.add("none")
+            assert day not in shown.getvalue()
+            continue
+        (row,) = [line for line in lines if "P4KX9R" in line]
+        seen.add("time" if f" {day} {minute} " in row else "day")
+        assert f" {day} " in row
+        assert sum(day in line for line in lines) == len(found)
+        if width == 80:
+            assert (f"{day} {minute}" in row) == (not remark)
+    assert seen == {"time", "day", "none"}
 
 
 def test_marks_and_history(folder: Path) -> None:
