@@ -2,26 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from study.scorer_settings import CorrectionRoundPart, ScorerPart, scorer_problems
 from study.seat_settings import NUMBER_ROW, KeyPart
-from study.validation import nearest
+from study.validation import Rules, nearest
 
 if TYPE_CHECKING:
     from study.protocol import Condition, PhaseThreePart, PhaseTwoPart, QuestionnaireUse
-
-
-def disagreements(parts: Mapping[str, Any]) -> Iterator[str]:
-    """Say where tables do not go together.
-
-    Args:
-        parts: those that are right, by name; what needs another one is not looked at.
-    """
-    for names, rule in _RULES:
-        if all(name in parts for name in names):
-            yield from rule(*(parts[name] for name in names))
 
 
 def unknown_scorers_in(raw: Mapping[str, Any]) -> Iterator[str]:
@@ -114,7 +103,7 @@ def _robot_keys(
             )
 
 
-_RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...] = (
+RULES: Rules = (
     (("conditions",), _conditions_once),
     (("questionnaires",), _asked_once),
     (("phase_three", "conditions"), _order),
@@ -123,4 +112,3 @@ _RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...] = (
     (("keys", "conditions"), _accept),
     (("keys", "conditions", "phase_two", "correction_round"), _robot_keys),
 )
-"""Rules with the tables that each one looks at, which it is called with."""

@@ -112,11 +112,7 @@ def load_questionnaire(name: str, folder: Path) -> Questionnaire:
     for place in places:
         path = place / f"{name}.toml"
         if path.is_file():
-            questionnaire = parse_questionnaire(read_text(path), str(path))
-            if questionnaire.name != name:
-                problem = f'name: "{questionnaire.name}" given; must be the file\'s, "{name}"'
-                raise ProtocolError(str(path), [problem])
-            return questionnaire
+            return parse_questionnaire(read_text(path), str(path), name=name)
     known = sorted({file.stem for place in places for file in place.glob("*.toml")})
     raise UnknownNameError("questionnaire", name, known)
 

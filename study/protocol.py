@@ -8,12 +8,11 @@ import them.
 from __future__ import annotations
 
 import dataclasses
-import json
 from typing import Any, Literal
 
-from pydantic import Field, TypeAdapter, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from study.disagreements import disagreements, unknown_scorers_in
+from study.disagreements import RULES, unknown_scorers_in
 from study.errors import ProtocolError
 from study.messages import SOURCE
 from study.scorer_settings import CorrectionRoundPart, MemberPart, ScorerPart
@@ -30,7 +29,7 @@ from study.seat_settings import (
     SwitchingPart,
 )
 from study.toml_text import parse_toml
-from study.validation import missing_paths, validation_problems
+from study.validation import broken_rules, checked, missing_paths
 
 Allocation = Literal["manual", "suggested", "assisted"]
 View = Literal["tiles", "operated_only", "enlarged"]
@@ -245,7 +244,7 @@ class Protocol(Part):
     @model_validator(mode="after")
     def _check(self) -> Protocol:
         parts = {name: getattr(self, name) for name in type(self).model_fields}
-        problems = list(disagreements(parts))
+        problems = list(broken_rules(RULES, parts))
         if problems:
             raise ValueError("\n".join(problems))
         return self
@@ -301,39 +300,9 @@ def examine(given: dict[str, Any], source: str) -> Examined:
     """
     if "experiment" in given and "study" not in given:
         raise ProtocolError(source, ["an experiment, not a study: run it with study experiment"])
-    # By way of JSON pydantic can be strict ("2" and true are no numbers) and yet take
-    # arrays for tuples.
-    text = json.dumps(given, default=str)
-    raw: dict[str, Any] = json.loads(text)
-    protocol, wrong, problems = None, set[str](), list[str]()
-    try:
-        protocol = Protocol.model_validate_json(text, strict=True)
-    except ValidationError as error:
-        problems += validation_problems(error, Protocol, given_file=given)
-        wrong = {str(item["loc"][0]) for item in error.errors() if item["loc"]}
-    if protocol is not None:
-        parts = {name: getattr(protocol, name) for name in Protocol.model_fields}
-    else:
-        parts = _right_parts(raw, wrong)
-        # Only where no table is wrong by itself has the model looked at how they go together.
-        problems += disagreements(parts) if wrong else ()
-        problems += unknown_scorers_in(raw) if "conditions" in wrong else ()
-    assumed = [path for path in parts.get("assumptions", ()) if path.split(".")[0] not in wrong]
-    problems += missing_paths(raw, assumed)
-    return Examined(raw, protocol, parts, problems)
-
-
-def _right_parts(raw: dict[str, Any], wrong: set[str]) -> dict[str, Any]:
-    """Return each table that nothing is wrong with; none left out if one may be misspelt."""
-    misspelt = not wrong <= Protocol.model_fields.keys()
-    parts = {}
-    for name, field in Protocol.model_fields.items():
-        if name in wrong:
-            continue
-        if name in raw:
-            kind: Any = field.annotation
-            text = json.dumps(raw[name])
-            parts[name] = TypeAdapter[Any](kind).validate_json(text, strict=True)
-        elif not misspelt:
-            parts[name] = field.get_default(call_default_factory=True)
-    return parts
+    found = checked(Protocol, given, RULES)
+    problems = [*found.problems]
+    problems += unknown_scorers_in(found.raw) if "conditions" in found.wrong else ()
+    assumed = found.raw.get("assumptions")
+    problems += missing_paths(found.raw, assumed if isinstance(assumed, dict) else (), found.absent)
+    return Examined(found.raw, found.made, found.parts, problems)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Literal
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from study.errors import ProtocolError
 from study.toml_text import parse_toml
-from study.validation import NAME_PATTERN, validation_problems
+from study.validation import NAME_PATTERN, Rules, broken_rules, checked
 
 Kind = Literal["scale", "choice", "number", "text"]
 Option = Annotated[str, Field(min_length=1, max_length=80)]
@@ -39,17 +40,20 @@ class Item(_Part):
 
     @model_validator(mode="after")
     def _check(self) -> Item:
+        problems = []
         if (self.kind == "choice") != bool(self.options) or len(self.options) == 1:
             wanted = (
                 f'a "choice" has at least two, {len(self.options)} given'
                 if self.kind == "choice"
                 else f'a "{self.kind}" has none; only a "choice" has'
             )
-            raise ValueError(f"options: {wanted}")
+            problems.append(f"options: {wanted}")
         if self.optional and self.kind != "text":
-            raise ValueError("optional: only a free text may stay open")
+            problems.append("optional: only a free text may stay open")
         if self.least > self.most:
-            raise ValueError(f"least: {self.least} given; it must not exceed most, {self.most}")
+            problems.append(f"least: {self.least} given; it must not exceed most, {self.most}")
+        if problems:
+            raise ValueError("\n".join(problems))
         return self
 
 
@@ -89,26 +93,9 @@ class Questionnaire(_Part):
 
     @model_validator(mode="after")
     def _check(self) -> Questionnaire:
-        if self.high <= self.low:
-            raise ValueError(f"high: {self.high} given; it must exceed low, {self.low}")
-        if (self.high - self.low) % self.step:
-            raise ValueError(
-                f"step: {self.step} given; from {self.low} it does not lead to {self.high}"
-            )
-        for labels in (self.labels, *(item.labels or {} for item in self.items)):
-            for value in labels:
-                if not value.isdigit() or not self.accepts(int(value)):
-                    raise ValueError(
-                        f'labels: "{value}" is no value from {self.low} to {self.high}'
-                    )
-        ids = [item.id for item in self.items]
-        if len(set(ids)) != len(ids):
-            raise ValueError(f"items: an id is given twice: {', '.join(ids)}")
-        on_scale = [item.id for item in self.items if item.kind == "scale"]
-        for scale in self.scales:
-            for given in (*scale.items, *scale.reverse):
-                if given not in on_scale:
-                    raise ValueError(f'scales: "{given}" is no item on the scale')
+        problems = list(broken_rules(RULES, {n: getattr(self, n) for n in type(self).model_fields}))
+        if problems:
+            raise ValueError("\n".join(problems))
         return self
 
     def value_labels(self, item: Item | None = None) -> tuple[tuple[int, str], ...]:
@@ -118,7 +105,7 @@ class Questionnaire(_Part):
 
     def accepts(self, value: int) -> bool:
         """Whether ``value`` is an answer on the common scale."""
-        return self.low <= value <= self.high and (value - self.low) % self.step == 0
+        return _accepts(self.low, self.high, self.step, value)
 
     def takes(self, item: Item, value: int) -> bool:
         """Whether ``value`` is an answer to an item."""
@@ -152,13 +139,103 @@ class Questionnaire(_Part):
         return found
 
 
-def parse_questionnaire(text: str, source: str) -> Questionnaire:
+def parse_questionnaire(text: str, source: str, *, name: str = "") -> Questionnaire:
     """Read a questionnaire from the text of a TOML file.
+
+    Args:
+        text: the file's text.
+        source: its name, for messages.
+        name: that it must have; empty for any.
 
     Raises:
         ProtocolError: one message a problem.
     """
-    try:
-        return Questionnaire.model_validate(parse_toml(text, source))
-    except ValidationError as error:
-        raise ProtocolError(source, list(validation_problems(error, Questionnaire))) from error
+    found = checked(Questionnaire, parse_toml(text, source), RULES)
+    problems = [*found.problems]
+    if "items" in found.wrong or "scales" in found.wrong:
+        problems += wrong_names_in(found.raw, found.parts)
+    given = found.parts.get("name", name)
+    if name and given != name:
+        problems.append(f'name: "{given}" given; must be the file\'s, "{name}"')
+    if problems or found.made is None:
+        raise ProtocolError(source, problems)
+    return found.made
+
+
+def _accepts(low: int, high: int, step: int, value: int) -> bool:
+    return low <= value <= high and (value - low) % step == 0
+
+
+def _range(low: int, high: int, step: int) -> Iterator[str]:
+    if high <= low:
+        yield f"high: {high} given; it must exceed low, {low}"
+    elif (high - low) % step:
+        yield f"step: {step} given; from {low} it does not lead to {high}"
+
+
+def _labels(low: int, high: int, step: int, labels: Mapping[str, str]) -> Iterator[str]:
+    if any(_range(low, high, step)):
+        # Which values there are is to be mended first.
+        return
+    for value in labels:
+        if not value.isdecimal() or not _accepts(low, high, step, int(value)):
+            yield f'labels: "{value}" is no value from {low} to {high}'
+
+
+def _labels_of_items(low: int, high: int, step: int, items: Sequence[Item]) -> Iterator[str]:
+    for item in items:
+        for problem in _labels(low, high, step, item.labels or {}):
+            yield f"items: {item.id}: {problem}"
+
+
+def _ids_once(items: Sequence[Item]) -> Iterator[str]:
+    yield from _given_twice([item.id for item in items])
+
+
+def _given_twice(ids: Sequence[str]) -> Iterator[str]:
+    if len(set(ids)) != len(ids):
+        yield f"items: an id is given twice: {', '.join(ids)}"
+
+
+def _scored(items: Sequence[Item], scales: Sequence[Scale]) -> Iterator[str]:
+    on_scale = [item.id for item in items if item.kind == "scale"]
+    for scale in scales:
+        for given in dict.fromkeys((*scale.items, *scale.reverse)):
+            if given not in on_scale:
+                yield f'scales: "{given}" is no item on the scale'
+
+
+def wrong_names_in(raw: Mapping[str, Any], parts: Mapping[str, Any]) -> Iterator[str]:
+    """Say which ids are given twice, and which scales name no item, whatever else is wrong there.
+
+    Args:
+        raw: the file, as plain values.
+        parts: those that are right; what is in them is looked at already.
+    """
+    items, scales = _tables(raw.get("items")), _tables(raw.get("scales"))
+    ids = [item["id"] for item in items if isinstance(item.get("id"), str)]
+    if "items" not in parts:
+        yield from _given_twice(ids)
+    if len(ids) < len(items) or not all(re.fullmatch(NAME_PATTERN, each) for each in ids):
+        # One of them may be what is meant.
+        return
+    for scale in scales:
+        named = [scale[key] for key in ("items", "reverse") if isinstance(scale.get(key), list)]
+        known = [name for names in named for name in names if isinstance(name, str)]
+        for given in dict.fromkeys(known):
+            if given not in ids:
+                yield f'scales: "{given}" is no item on the scale'
+
+
+def _tables(given: object) -> list[dict[str, Any]]:
+    """Return the tables of a list that may be anything."""
+    return [each for each in given if isinstance(each, dict)] if isinstance(given, list) else []
+
+
+RULES: Rules = (
+    (("low", "high", "step"), _range),
+    (("low", "high", "step", "labels"), _labels),
+    (("low", "high", "step", "items"), _labels_of_items),
+    (("items",), _ids_once),
+    (("items", "scales"), _scored),
+)

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
 import difflib
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, get_args
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, Generic, TypeVar, get_args
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, TypeAdapter, ValidationError
+
+Made = TypeVar("Made", bound=BaseModel)
+Rules = tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...]
+"""Rules with the tables that each one looks at, which it is called with."""
 
 NAME_PATTERN = r"^[a-z][a-z0-9_]{0,39}$"
 """Names that stand in files' names and in data."""
@@ -36,6 +41,101 @@ _EXPECTED = {
     "model_type": "a table of keys and values",
 }
 """What is allowed instead, by pydantic's kind of error and in terms of its context."""
+_NO_STEPS = ("function-", "[")
+"""What pydantic has in the places of errors that stands in no file."""
+_NOT_THERE = ("missing", "tuple_type", "list_type", "dict_type", "model_type")
+"""Kinds of errors that say that a setting, or all in a table, is not there."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Checked(Generic[Made]):
+    """What a file says, as far as it is right.
+
+    Attributes:
+        raw: the file, as plain values.
+        made: the whole; None if anything is wrong with it.
+        parts: each table or value that nothing is wrong with by itself, by name.
+        problems: in words, what is wrong.
+        wrong: names of tables and values that are wrong by themselves.
+        absent: key paths of settings that the file is yet to have: missing, misspelt, or in what
+            is no table.
+    """
+
+    raw: dict[str, Any]
+    made: Made | None
+    parts: dict[str, Any]
+    problems: list[str]
+    wrong: frozenset[str] = frozenset()
+    absent: frozenset[str] = frozenset()
+
+
+def checked(model: type[Made], given: dict[str, Any], rules: Rules) -> Checked[Made]:
+    """Check what a file says by itself, and go on past what is wrong.
+
+    Args:
+        model: what is to be made; it applies the rules too.
+        given: the file as TOML has it.
+        rules: of how its tables go together.
+    """
+    # By way of JSON pydantic can be strict ("2" and true are no numbers) and yet take
+    # arrays for tuples.
+    text = json.dumps(given, default=str)
+    raw: dict[str, Any] = json.loads(text)
+    try:
+        made = model.model_validate_json(text, strict=True)
+    except ValidationError as error:
+        problems = list(validation_problems(error, model, given_file=given))
+        details = error.errors()
+        wrong = frozenset(str(item["loc"][0]) for item in details if item["loc"])
+        parts = _right_parts(model, raw, wrong)
+        # Only where no table is wrong by itself has the model looked at how they go together.
+        problems += broken_rules(rules, parts) if wrong else ()
+        return Checked(raw, None, parts, problems, wrong, frozenset(_absent(details, model, given)))
+    return Checked(raw, made, {name: getattr(made, name) for name in model.model_fields}, [])
+
+
+def broken_rules(rules: Rules, parts: Mapping[str, Any]) -> Iterator[str]:
+    """Say where parts do not go together.
+
+    Args:
+        rules: those that hold.
+        parts: those that are right, by name; what needs another one is not looked at.
+    """
+    for names, rule in rules:
+        if all(name in parts for name in names):
+            yield from rule(*(parts[name] for name in names))
+
+
+def _right_parts(
+    model: type[BaseModel], raw: dict[str, Any], wrong: frozenset[str]
+) -> dict[str, Any]:
+    """Return each table that nothing is wrong with; none left out if one may be misspelt."""
+    misspelt = not wrong <= model.model_fields.keys()
+    parts = {}
+    for name, field in model.model_fields.items():
+        if name in wrong:
+            continue
+        if name in raw:
+            kind: Any = field.annotation
+            text = json.dumps(raw[name])
+            parts[name] = TypeAdapter[Any](kind).validate_json(text, strict=True)
+        elif not misspelt:
+            parts[name] = field.get_default(call_default_factory=True)
+    return parts
+
+
+def _absent(details: list[Any], model: type[BaseModel], given: object) -> Iterator[str]:
+    """Yield the key paths of settings that a file is yet to have."""
+    places = list(_meant(details, model))
+    for item in details:
+        place = tuple(part for part in item["loc"] if not str(part).startswith(_NO_STEPS))
+        if item["type"] in _NOT_THERE:
+            places.append(place)
+        if place[-1:] == ("name",) and isinstance(place[-2:][0], int):
+            # Nothing in the list can be called by its name before it has the right one.
+            places.append(place[:-2])
+    for place in places:
+        yield ".".join(_steps(list(place), given))
 
 
 def validation_problems(
@@ -52,7 +152,7 @@ def validation_problems(
     details = error.errors()
     misspelt = set(_meant(details, model))
     for item in details:
-        location = [part for part in item["loc"] if not str(part).startswith(("function-", "["))]
+        location = [part for part in item["loc"] if not str(part).startswith(_NO_STEPS)]
         path = ".".join([*([prefix] if prefix else []), *_steps(location, given_file)])
         kind, given = item["type"], item["input"]
         if kind == "too_short" and any(_is_inside(other["loc"], item["loc"]) for other in details):
@@ -175,10 +275,21 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:  # noqa: ANN401 - a ty
     return next((model for model in found if model), None)
 
 
-def missing_paths(raw: object, assumptions: Iterable[str]) -> list[str]:
-    """Return a problem for each assumption that is about no setting of the file."""
+def missing_paths(raw: object, assumptions: Iterable[str], absent: Iterable[str] = ()) -> list[str]:
+    """Return a problem for each assumption that is about no setting of the file.
+
+    Args:
+        raw: the file, as plain values.
+        assumptions: key paths.
+        absent: key paths that the file is yet to have; of those nothing is said.
+    """
+    yet_to_come = tuple(f"{path}." for path in absent)
     words = "names no setting of this file; write the key path of one"
-    return [f'assumptions: "{path}" {words}' for path in assumptions if not _has_path(raw, path)]
+    return [
+        f'assumptions: "{path}" {words}'
+        for path in assumptions
+        if not _has_path(raw, path) and not f"{path}.".startswith(yet_to_come)
+    ]
 
 
 def _has_path(raw: object, path: str) -> bool:

@@ -115,6 +115,26 @@ WRONG: dict[str, tuple[list[tuple[str, str]], list[list[str]]]] = {
         [(ASSUMED, '"timing.per_second" =')],
         [["assumptions:", '"timing.per_second" names no setting']],
     ),
+    "assumption of nothing in a table that is wrong": (
+        [(ASSUMED, '"timing.per_second" ='), ("timesteps_per_second = 10.0", "countdown = 1")],
+        [
+            ["timing.timesteps_per_second:", "missing"],
+            ["timing.countdown:"],
+            ["assumptions:", '"timing.per_second" names no setting'],
+        ],
+    ),
+    "assumption without words, and another of nothing": (
+        [(ASSUMED, '"study.name" = 3\n"study.nam" =')],
+        [["assumptions.study.name:", "3 given"], ["assumptions:", '"study.nam"']],
+    ),
+    "assumption of what is yet to be mended": (
+        [
+            ("\ntrials = 2\n", "\ntrial = 2\n"),
+            ('name = "manual"', 'name = "By hand"'),
+            (ASSUMED, '"phase_two.trials" = "a"\n"conditions.manual.view" ='),
+        ],
+        [["phase_two.trial:", "unknown key"], ["conditions.1.name:", '"By hand"']],
+    ),
     "assumption of no condition": (
         [(ASSUMED, '"conditions.other.view" =')],
         [["assumptions:", '"conditions.other.view"']],
