@@ -12,7 +12,7 @@ Of each session it says: how the memory of study, writer and fitting process gro
 minutes (half of a shorter run; see `memory_series.Growth`), whether the recording lacks any record
 that the study accepted, by a log kept apart, and how punctual pictures and timesteps were. Exit
 status 1: a record is missing, a session did not reach its end, or, in a run of twenty minutes or
-more, the floor of the study's memory rises by 1 MiB an hour.
+more, the floor of a process's memory rises by 1 MiB an hour.
 """
 
 from __future__ import annotations
@@ -39,11 +39,10 @@ from study.verification import verify
 
 JUDGED_MINUTES = 20.0
 MOST_MIB_AN_HOUR = 1.0
-BEFORE_BLOCKS_S = 280.0
-SURVEYS_S = 30.0
-"""Of a block: pages, questions and points."""
-REPEATED = 5
-"""Blocks of the condition that is repeated, in a run that judges."""
+BESIDE_TRIALS_S = 320.0
+"""Of a session: all but the trials of phase three."""
+TRIALS = 3
+"""Of the pilot's phase three, a condition."""
 
 
 class LoggedRecorder(FailoverRecorder):
@@ -87,50 +86,37 @@ def seat_of(who: Played) -> list[str]:
     return ["-m", "benchmarks.soak", "--seat", str(who.folder / "log")]
 
 
-def stretched(folder: Path, minutes: float, long: str) -> Path:
+def stretched(folder: Path, minutes: float, condition: str) -> Path:
     """Write the pilot protocol so that a session takes about so long; return its path.
 
-    Only phase three is stretched: one block of one condition, and then blocks of the other to the
-    end. Manual choice has the view that enlarges the operated robot. So all that is ever painted
-    in it has been seen for minutes when the tenth minute is over: what takes memory when it is
-    first seen is no growth.
+    Of its conditions one is left, so that phase three is one block, and long: all that is ever
+    painted in it has been seen when the tenth minute is over. What takes memory when it is first
+    seen is no growth. Manual choice has the view that enlarges the operated robot.
 
     Args:
         folder: where the protocol goes.
         minutes: how long a session is to take.
-        long: the condition that is repeated: "manual" or "assisted".
+        condition: the one that is left: "manual" or "assisted".
     """
     text = (ROOT / "protocols" / "pilot.toml").read_text(encoding="utf-8")
-    repeated = REPEATED if minutes >= JUDGED_MINUTES else 1
-    blocks = 1 + repeated
-    seconds = max(12.0, (60 * minutes - BEFORE_BLOCKS_S) / blocks - SURVEYS_S) / 3
+    seconds = max(12.0, (60 * minutes - BESIDE_TRIALS_S) / TRIALS)
     before, after = text.split("[phase_three]")
-    after, views = re.subn(r'view = "tiles"', 'view = "enlarged"', after)
-    settings, manual, assisted, rest = _conditions(after)
-    once, often = (assisted, manual) if long == "manual" else (manual, assisted)
-    again = [
-        often.replace(f'name = "{long}"', f'name = "{long}_{number}"')
-        for number in range(2, repeated + 1)
-    ]
+    settings, manual, rest = after.split("[[conditions]]")
+    assisted, rest = rest.split("[phase_four]")
+    manual, views = re.subn(r'view = "tiles"', 'view = "enlarged"', manual)
     longer = f"trial_timesteps = {round(8 * seconds)}"
     settings, trials = re.subn(r"trial_timesteps = 240\b", longer, settings)
     settings, orders = re.subn(r'order = "ab_ba"', 'order = "fixed"', settings)
-    # One evaluation of each policy is enough, and they are many.
-    rest, evaluations = re.subn(r"\btrials = 2\b", "trials = 1", rest)
-    assert (trials, views, orders, evaluations) == (1, 1, 1, 1), "the pilot protocol is another one"
-    path = folder / f"soak_{long}.toml"
+    assert (trials, views, orders) == (1, 1, 1), "the pilot protocol is another one"
+    left = {"manual": manual, "assisted": assisted}[condition]
+    # What is assumed of the pilot, and who of it is excluded, does not hold for this one.
+    rest, _, after = rest.partition("[[exclusions]]")
+    rest += "[analysis]" + after.partition("[analysis]")[2].partition("[assumptions]")[0]
+    path = folder / f"soak_{condition}.toml"
     path.write_text(
-        f"{before}[phase_three]{settings}{''.join([once, often, *again])}{rest}", encoding="utf-8"
+        f"{before}[phase_three]{settings}[[conditions]]{left}[phase_four]{rest}", encoding="utf-8"
     )
     return path
-
-
-def _conditions(text: str) -> tuple[str, str, str, str]:
-    """Return what stands before the conditions, manual, assisted, and what stands after."""
-    settings, manual, last = text.split("[[conditions]]")
-    assisted, rest = last.split("[phase_four]")
-    head = "[[conditions]]"
-    return settings, head + manual, head + assisted, "[phase_four]" + rest
 
 
 @contextlib.contextmanager
@@ -177,7 +163,7 @@ def report(found: Played, *, judge_memory: bool) -> bool:
     for name in found.memory.names:
         grown = found.memory.growth(name)
         print(f"  memory of {name}: {grown.sentence}")
-        if judge_memory and name == "study":
+        if judge_memory:
             well = well and grown.floor is not None and grown.floor < MOST_MIB_AN_HOUR
     print_timing([timing for group in fleet_runs(path).values() for timing in group])
     oldest = f"oldest unsaved record {found.unsaved_s:.2f} s"
@@ -202,7 +188,9 @@ def main(words: Sequence[str] | None = None) -> int:
         # Other sessions of this computer are none of ours.
         os.environ |= {"XDG_RUNTIME_DIR": place, "TMPDIR": place}
         tempfile.tempdir = place
-        protocols = [stretched(Path(place), given.minutes, long) for long in ("manual", "assisted")]
+        protocols = [
+            stretched(Path(place), given.minutes, condition) for condition in ("manual", "assisted")
+        ]
         people = [
             Played(f"P{number:02}", Path(place) / f"P{number:02}")
             for number in range(1, given.participants + 1)

@@ -10,6 +10,7 @@ from rich.markup import escape
 from study.commands.rehearsing import rehearse
 from study.commands.simulating import simulated_assignments
 from study.commands.terminal import errors
+from study.errors import StudyError
 from study.loading import LoadedProtocol
 from study.shell.fleet import open_emergency
 from study.shell.preflight.machine import MEBIBYTE, disk_space, free_bytes
@@ -32,16 +33,28 @@ def tell_space(loaded: LoadedProtocol, folder: Path, recorded: Mapping[str, byte
     free = free_bytes(folder)
     if free >= (PLENTY_FOR_PICTURES_BYTES if pictures else PLENTY_BYTES):
         return
-    task = loaded.protocol.task
-    if button := open_emergency(task.name, task.parameters):
-        # Real robots are not driven to measure what is written of it.
-        button.close()
+    need = _need(loaded, recorded)
+    if need is None:
         said = f"{free / MEBIBYTE:,.0f} MiB free in {folder}; `study preflight` measures the need."
     else:
-        with errors.status("Looking whether a session fits on the disk"):
-            (assignment,) = simulated_assignments(loaded, 1, seed=1)
-            check = disk_space(folder, rehearse(loaded, assignment, recorded).bytes)
+        check = disk_space(folder, need)
         if check.state == "green":
             return
         said = f"{check.found}; wanted: {check.wanted}. {check.advice}"
     errors.print(f"[yellow]The disk is nearly full:[/] {escape(said)}")
+
+
+def _need(loaded: LoadedProtocol, recorded: Mapping[str, bytes]) -> int | None:
+    """Return the bytes that a session records at most; None if none could be rehearsed."""
+    task = loaded.protocol.task
+    if button := open_emergency(task.name, task.parameters):
+        # Real robots are not driven to measure what is written of it.
+        button.close()
+        return None
+    try:
+        with errors.status("Looking whether a session fits on the disk"):
+            (assignment,) = simulated_assignments(loaded, 1, seed=1)
+            return rehearse(loaded, assignment, recorded).bytes
+    except StudyError:
+        # A word on the disk must not keep a session from beginning.
+        return None

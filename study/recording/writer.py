@@ -18,6 +18,7 @@ from __future__ import annotations
 import base64
 import contextlib
 import errno
+import itertools
 import json
 import os
 import signal
@@ -28,11 +29,15 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from study.allocation import give_holes_back, give_large_blocks_back
 from study.recording.durable_file import DurableFile, LostFileError
 from study.recording.framing import SEQUENCE, FrameKind, FrameSplitter, frame, split_messages
 
 FLUSH_INTERVAL = 0.5
 """Seconds between two chunks: what at most is lost when the machine itself stops."""
+
+TIDY_EVERY = 20
+"""Chunks after which memory that is not used any more is given back."""
 
 LOOK_INTERVAL = 0.005
 """Seconds between two looks at a pipe that was empty."""
@@ -98,7 +103,10 @@ class RecordingWriter:
         # Slow to import, so only once signals are ignored and the file exists.
         from mcap.writer import Writer  # noqa: PLC0415
 
+        from study.recording.chunk_indexes import keep_small  # noqa: PLC0415
+
         mcap: Any = Writer(self._file, enable_data_crcs=True)  # type: ignore[arg-type]
+        keep_small(mcap)
         mcap.start(opening["profile"], opening["library"])
         mcap.add_metadata(opening["metadata_name"], opening["metadata"])
         start = opening["start"]
@@ -123,10 +131,14 @@ class RecordingWriter:
 
     def _sync_regularly(self) -> None:
         try:
-            while not self._stopping:
+            for number in itertools.count(1):
+                if self._stopping:
+                    return
                 self._wake.wait(FLUSH_INTERVAL)
                 self._wake.clear()
                 self._bring_to_disk()
+                if number % TIDY_EVERY == 0:
+                    give_holes_back()
         except BaseException as error:  # the process has to end with its file
             _give_up(error)
 
@@ -160,6 +172,7 @@ def main() -> int:
 
 
 def _serve() -> None:
+    give_large_blocks_back()
     splitter = FrameSplitter()
     writer: RecordingWriter | None = None
     for data in _arrivals():

@@ -11,6 +11,7 @@ from types import FrameType
 
 import numpy as np
 
+from study.allocation import give_holes_back
 from study.console.link import ConsoleLink
 from study.events.experimenter_records import ExperimenterCommanded
 from study.events.inputs import (
@@ -28,7 +29,6 @@ from study.events.inputs import (
 from study.events.shell import ClockPair, DisplayOpened, FrameIntervals, Note, WriterHealth
 from study.recording.failover import FailoverRecorder
 from study.screens import Screen
-from study.shell.allocation import give_holes_back
 from study.shell.conductor import Conductor
 from study.shell.fleet import EMERGENCY_KEY, Emergency
 from study.shell.punctuality import Punctuality

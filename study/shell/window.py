@@ -14,10 +14,10 @@ from typing import Protocol
 
 import pygame
 
+from study.allocation import give_large_blocks_back
 from study.errors import StudyError
 from study.messages import Messages
 from study.screens import Screen, SurveyScreen
-from study.shell.allocation import give_large_blocks_back
 from study.shell.drawing.lettering import clear_fonts
 from study.shell.drawing.pictures import Pictures
 from study.shell.drawing.renderer import Renderer

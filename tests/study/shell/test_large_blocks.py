@@ -45,7 +45,7 @@ def test_a_large_surface_is_a_mapping_of_its_own(opened: str, mapped: bool) -> N
 
 HOLES = """
 import pygame
-from study.shell.allocation import give_holes_back
+from study.allocation import give_holes_back
 
 def resident():
     return int(open("/proc/self/statm").read().split()[1]) * 4096
