@@ -14,6 +14,8 @@ from study.validation import NAME_PATTERN, Rules, broken_rules, checked
 
 Kind = Literal["scale", "choice", "number", "text"]
 Option = Annotated[str, Field(min_length=1, max_length=80)]
+TENS_FROM = 90
+"""Highest value of a scale from which on a digit alone counts for tens."""
 LONGEST_TEXT = 400
 LARGEST_NUMBER = 999_999
 

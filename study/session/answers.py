@@ -2,7 +2,39 @@
 
 from __future__ import annotations
 
-from study.questionnaire import LONGEST_TEXT, Questionnaire
+from study.questionnaire import LONGEST_TEXT, TENS_FROM, Questionnaire
+
+SECOND_DIGIT_NS = 2_000_000_000
+"""How long a digit on a scale to more than 9 waits for the next one."""
+
+
+class TypedDigits:
+    """Digits typed one after another to answer on a scale to more than 9."""
+
+    def __init__(self) -> None:
+        self._place = -1
+        self._digits = ""
+        self._last_ns = 0
+
+    def add(self, place: int, digit: int, high: int, t_ns: int) -> int:
+        """Take in one more; return the number that those typed make.
+
+        Args:
+            place: of the question.
+            digit: 0 to 9.
+            high: the scale's highest value: a digit that would go beyond it begins anew.
+            t_ns: session time.
+        """
+        more = f"{self._digits}{digit}"
+        waited = place == self._place and t_ns - self._last_ns <= SECOND_DIGIT_NS
+        self._digits = more if waited and int(more) <= high else str(digit)
+        self._place, self._last_ns = place, t_ns
+        alone = len(self._digits) == 1 and high >= TENS_FROM
+        return int(self._digits) * (10 if alone else 1)
+
+    def forget(self) -> None:
+        """Let the next digit be a first one."""
+        self._place = -1
 
 
 class Answers:
@@ -48,9 +80,15 @@ class Answers:
             return self._type_number(place, f"{self._typed[place]}{digit}", t_ns)
         value = digit
         if item.kind == "scale" and scale.high > 9:
-            # A digit alone goes for tens; the arrows do the rest.
+            # In recordings by older rules a digit goes for tens, and the arrows do the rest.
             value = scale.low + round((digit * 10 - scale.low) / scale.step) * scale.step
         return scale.takes(item, value) and self._put(place, value, t_ns)
+
+    def near(self, place: int, number: int, t_ns: int) -> bool:
+        """Answer on a scale with what is nearest to a number; return whether that changed it."""
+        scale = self._questionnaire
+        value = scale.low + round((number - scale.low) / scale.step) * scale.step
+        return scale.takes(self._items[place], value) and self._put(place, value, t_ns)
 
     def move(self, place: int, by: int, t_ns: int) -> bool:
         """Go to the next answer up (1) or down (-1)."""

@@ -4,8 +4,8 @@
 a pause offers to erase the recording, and a window that is resized or minimised pauses. 2: scorers
 are fitted in the background before the last trial of phase two, and the fit goes on from there.
 3: a questionnaire takes no key in its first half second, when keys may still be meant for robots.
-4: where all questions are answered, a digit corrects the last answer, and an early end says in
-which trial it was.
+4: where all questions are answered, a digit corrects the last answer, two digits make a number on a
+scale to more than 9, and an early end says in which trial it was.
 """
 
 from __future__ import annotations
@@ -16,6 +16,8 @@ DEAD_TIME = 3
 """From which version on a questionnaire takes no key at first."""
 CORRECTING_DIGITS = 4
 """From which version on a digit corrects the answer given last."""
+NUMBERS_ON_SCALES = 4
+"""From which version on two digits make a number on a scale."""
 TRIAL_OF_END = 4
 """From which version on an early end says in which trial it was."""
 CURRENT = 4

@@ -8,12 +8,12 @@ from study.events.inputs import Input, KeyChanged, PointerPressed, TextTyped
 from study.events.participant_events import AnswerChanged, InstrumentScored, TextAnswered
 from study.questionnaire import LONGEST_TEXT, Questionnaire
 from study.screens import Screen, SurveyItem, SurveyScreen
-from study.session.answers import Answers
+from study.session.answers import Answers, TypedDigits
 from study.session.context import Context, Outbox
 from study.session.effects import EnsureDurable, Show
 from study.session.page_texts import block_finished
 from study.session.plan import Place, SurveyPlan
-from study.session.rules import CORRECTING_DIGITS, DEAD_TIME
+from study.session.rules import CORRECTING_DIGITS, DEAD_TIME, NUMBERS_ON_SCALES
 from study.session.stage import QuietStage
 
 _DEAD_TIME_NS = 500_000_000
@@ -40,6 +40,7 @@ class Form(QuietStage):
         self._page = range(min(len(questionnaire.items), questionnaire.items_per_page))
         self._focus = 0
         self._chosen_last: int | None = None
+        self._digits = TypedDigits()
         self._entered_ns = 0
         self._deaf_until_ns = 0
         self._reminder = ""
@@ -82,6 +83,8 @@ class Form(QuietStage):
         if key == keys.confirm:
             return self._confirm(t_ns, out)
         digit = len(key) == 1 and key.isascii() and key.isdecimal()
+        if not digit:
+            self._digits.forget()
         if digit and not on_item and self._chosen_last is not None and self._next_open() == count:
             # Who has answered all, and presses another digit, has changed their mind.
             self._focus = self._chosen_last
@@ -103,9 +106,14 @@ class Form(QuietStage):
         return False
 
     def _set_digit(self, digit: int, t_ns: int, out: Outbox) -> bool:
-        item = self._questionnaire.items[self._focused]
-        changed = self._answers.digit(self._focused, digit, t_ns)
-        self._note(self._focused, t_ns, out, changed=changed)
+        place, form = self._focused, self._questionnaire
+        item = form.items[place]
+        if item.kind == "scale" and form.high > 9 and self._context.rules >= NUMBERS_ON_SCALES:
+            number = self._digits.add(place, digit, form.high, t_ns)
+            changed = self._answers.near(place, number, t_ns)
+        else:
+            changed = self._answers.digit(place, digit, t_ns)
+        self._note(place, t_ns, out, changed=changed)
         return changed or self._answers.value(self._focused) == digit or item.kind == "number"
 
     def _pointer(self, target: str, t_ns: int, out: Outbox) -> bool:
@@ -168,7 +176,7 @@ class Form(QuietStage):
     def _confirm(self, t_ns: int, out: Outbox) -> bool:
         if any(self._answers.is_open(place) for place in self._page):
             self._focus = self._next_open()
-            self._reminder = self._context.say("Please answer this question first.")
+            self._reminder = self._reminder_of(self._focused)
             return False
         for place in self._page:
             self._answered(place, t_ns, out)
@@ -186,6 +194,15 @@ class Form(QuietStage):
             return False
         self._score(t_ns, out)
         return True
+
+    def _reminder_of(self, place: int) -> str:
+        """Return what is still to be done with a question."""
+        item = self._questionnaire.items[place]
+        if item.kind == "number" and self._answers.typed(place):
+            return self._context.say(
+                "Type a number from {low} to {high}.", low=item.least, high=item.most
+            )
+        return self._context.say("Please answer this question first.")
 
     def _answered(self, index: int, t_ns: int, out: Outbox) -> None:
         place, item = self._place, self._questionnaire.items[index]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from study.questionnaire import TENS_FROM
 from study.screens import (
     BreakScreen,
     CountdownScreen,
@@ -130,8 +131,9 @@ class SimulatedOperator:
             return _typed(_REMARK, item.typed)
         answer = self._rater.answer(item, self._experience)
         if item.high > _HIGHEST_DIGIT:
-            # A digit stands for tens; the focus stays for the arrows.
-            return (*tap(str(min(answer // 10, _HIGHEST_DIGIT))), *tap("tab"))
+            # Where a digit alone counts for tens, two are typed; the focus stays.
+            digits = f"{answer:02}" if item.high >= TENS_FROM else str(answer)
+            return (*_typed(digits, ""), *tap("tab"))
         return tap(str(answer))
 
     def _reading_s(self, screen: Screen) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pygame
 
+from study.questionnaire import TENS_FROM
 from study.screens import SurveyItem
 from study.shell.drawing import marks, palette
 from study.shell.drawing.canvas import Canvas
@@ -90,7 +91,9 @@ def status(canvas: Canvas, item: SurveyItem, *, focused: bool) -> str:
     if item.kind == "text":
         return canvas.say("Type your answer. Backspace deletes.")
     if item.kind == "scale" and not is_plain(item) and item.value is None and focused:
-        return canvas.say("Press a digit for tens, arrows to move.")
+        if item.high >= TENS_FROM:
+            return canvas.say("Type a number; one digit alone counts for tens.")
+        return canvas.say("Type a number from {low} to {high}.", low=item.low, high=item.high)
     return ""
 
 

@@ -247,7 +247,10 @@ def _draw_status(
         text = canvas.say("Press a number from {low} to {high}.", low=item.low, high=item.high)
     else:
         text = canvas.say("Not answered yet")
-    canvas.write(text, x, y, u(19), colour=palette.SECONDARY, align="centre",
+    # A number that is left although it is none of those allowed.
+    wrong = item.kind == "number" and bool(item.typed) and item.value is None and not focused
+    colour = palette.VERMILLION_TEXT if wrong else palette.SECONDARY
+    canvas.write(text, x, y, u(19), colour=colour, align="centre",
                  width=place.card.width - u(40))  # fmt: skip
 
 

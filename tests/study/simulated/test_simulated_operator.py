@@ -315,6 +315,22 @@ def test_surveys_are_answered_within_their_scale(seed: int, low: int, span: int)
     assert key == "return"
 
 
+@pytest.mark.parametrize(("high", "digits"), [(100, 2), (50, 2), (10, 1)])
+def test_on_a_long_scale_the_number_is_typed(high: int, digits: int) -> None:
+    """All digits of it at once, then on to the next question."""
+    operator = SimulatedOperator(PARAMETERS.model_copy(update={"response_noise": 0.0}), 0)
+    screen, now_ns = survey((None, None), 1, 0, high), 0
+    strokes: tuple[KeyStroke, ...] = ()
+    while not strokes:
+        now_ns += 100_000_000
+        strokes = operator.act(screen, now_ns)
+    pressed = [stroke.key for stroke in strokes if stroke.down]
+    assert pressed[-1] == "tab"
+    assert len(pressed[:-1]) == digits
+    # Without experience the answer is the middle.
+    assert int("".join(pressed[:-1])) == high // 2
+
+
 def test_an_open_question_is_gone_to() -> None:
     """With the focus past an open question the operator moves it by Tab."""
     operator = SimulatedOperator(PARAMETERS, 0)
