@@ -7,8 +7,6 @@ from pathlib import Path
 
 from rich.markup import escape
 
-from study.commands.rehearsing import rehearse
-from study.commands.simulating import simulated_assignments
 from study.commands.terminal import errors
 from study.errors import StudyError
 from study.loading import LoadedProtocol
@@ -46,6 +44,10 @@ def tell_space(loaded: LoadedProtocol, folder: Path, recorded: Mapping[str, byte
 
 def _need(loaded: LoadedProtocol, recorded: Mapping[str, bytes]) -> int | None:
     """Return the bytes that a session records at most; None if none could be rehearsed."""
+    # A session whose disk has room is spared the memory that these take.
+    from study.commands.rehearsing import rehearse  # noqa: PLC0415
+    from study.commands.simulating import simulated_assignments  # noqa: PLC0415
+
     task = loaded.protocol.task
     if button := open_emergency(task.name, task.parameters):
         # Real robots are not driven to measure what is written of it.

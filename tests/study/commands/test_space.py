@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from protocols import jetbots
-from study.commands import enrolling, main, space
+from study.commands import enrolling, main, rehearsing, space
 from study.errors import StudyError
 from study.loading import load_protocol
 from study.shell.preflight import machine
@@ -62,7 +62,7 @@ def test_a_disk_with_room_is_not_spoken_of(
     """Where there is plenty no session is rehearsed either: the participant waits for nothing."""
     nearly_full(monkeypatch, free)
     if free >= space.PLENTY_BYTES:
-        monkeypatch.setattr(space, "rehearse", None)
+        monkeypatch.setattr(rehearsing, "rehearse", None)
     space.tell_space(load_protocol("smoke"), tmp_path, {})
     assert "nearly full" not in capsys.readouterr().err
 
@@ -79,7 +79,7 @@ def test_real_robots_are_not_driven_to_measure_what_a_session_writes(
             released.append(True)
 
     monkeypatch.setattr(space, "open_emergency", lambda *_: Button())
-    monkeypatch.setattr(space, "rehearse", None)
+    monkeypatch.setattr(rehearsing, "rehearse", None)
     space.tell_space(load_protocol(str(jetbots(tmp_path, None))), tmp_path, {})
     assert "2 MiB free" in (said := capsys.readouterr().err)
     assert "study preflight" in said
