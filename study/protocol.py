@@ -8,13 +8,15 @@ import them.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
 from typing import Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from study.disagreements import RULES, unknown_scorers_in
+from study.disagreements import RULES
 from study.errors import ProtocolError
 from study.messages import SOURCE
+from study.rules import Part
 from study.scorer_settings import CorrectionRoundPart, MemberPart, ScorerPart
 from study.seat_settings import (
     BreakPart,
@@ -24,12 +26,11 @@ from study.seat_settings import (
     Failure,
     KeyPart,
     Name,
-    Part,
     RecordingPart,
     SwitchingPart,
 )
 from study.toml_text import parse_toml
-from study.validation import broken_rules, checked, missing_paths
+from study.validation import checked, missing_paths
 
 Allocation = Literal["manual", "suggested", "assisted"]
 View = Literal["tiles", "operated_only", "enlarged"]
@@ -154,19 +155,19 @@ class Condition(Part):
         "suggestion stays (0 renews it at every timestep)",
     )
 
-    @model_validator(mode="after")
-    def _check(self) -> Condition:
+    def _scorer_and_dwell(self) -> Iterator[str]:
         if self.allocation == "assisted" and (not self.scorer or not self.dwell):
-            raise ValueError("an assisted condition needs a scorer and a dwell of at least 1")
+            yield "an assisted condition needs a scorer and a dwell of at least 1"
         if self.allocation == "suggested" and not self.scorer:
-            raise ValueError("a suggested condition needs a scorer")
+            yield "a suggested condition needs a scorer"
         if self.allocation == "manual" and self.dwell:
-            raise ValueError("a manual condition has no dwell; remove it")
+            yield "a manual condition has no dwell; remove it"
+
+    def _shows_all(self) -> Iterator[str]:
         if self.allocation != "assisted" and self.view == "operated_only":
-            raise ValueError(
-                f'a {self.allocation} condition shows all robots: view = "tiles" or "enlarged"'
-            )
-        return self
+            yield f'a {self.allocation} condition shows all robots: view = "tiles" or "enlarged"'
+
+    rules = (_scorer_and_dwell, _shows_all)
 
 
 class QuestionnaireUse(Part):
@@ -241,13 +242,7 @@ class Protocol(Part):
         default_factory=dict, description="key path to why we set what the paper leaves open"
     )
 
-    @model_validator(mode="after")
-    def _check(self) -> Protocol:
-        parts = {name: getattr(self, name) for name in type(self).model_fields}
-        problems = list(broken_rules(RULES, parts))
-        if problems:
-            raise ValueError("\n".join(problems))
-        return self
+    rules = RULES
 
     def condition(self, name: str) -> Condition:
         """Return the condition of that name; the name must exist."""
@@ -278,13 +273,13 @@ class Examined:
     Attributes:
         raw: the file, as plain values.
         protocol: all of it; None where a part is wrong.
-        parts: tables that are right by themselves, by name, those left out included.
+        seen: all of it as far as it is right (see `study.rules`).
         problems: one message each.
     """
 
     raw: dict[str, Any]
     protocol: Protocol | None
-    parts: dict[str, Any]
+    seen: Protocol
     problems: list[str]
 
 
@@ -300,9 +295,6 @@ def examine(given: dict[str, Any], source: str) -> Examined:
     """
     if "experiment" in given and "study" not in given:
         raise ProtocolError(source, ["an experiment, not a study: run it with study experiment"])
-    found = checked(Protocol, given, RULES)
-    problems = [*found.problems]
-    problems += unknown_scorers_in(found.raw) if "conditions" in found.wrong else ()
-    assumed = found.raw.get("assumptions")
-    problems += missing_paths(found.raw, assumed if isinstance(assumed, dict) else (), found.absent)
-    return Examined(found.raw, found.made, found.parts, problems)
+    found = checked(Protocol, given)
+    problems = [*found.problems, *missing_paths(found)]
+    return Examined(found.raw, found.made, found.seen, problems)

@@ -5,20 +5,20 @@ All is looked at that can be: a table that is wrong by itself hides nothing in t
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator
 from types import ModuleType
-from typing import Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel
 
 from study.errors import StudyError
 from study.events.task_description import TaskDescription
 from study.families import load_member
 from study.messages import locales
-from study.protocol import Examined
-from study.scorer_settings import ScorerPart
-from study.seat_settings import DIRECTIONS, KEY_NAMES, KeyPart
-from study.validation import closest, validation_problems
+from study.protocol import Examined, Protocol
+from study.rules import WRONG, broken, right_settings
+from study.seat_settings import DIRECTIONS, KEY_NAMES
+from study.validation import checked, closest
 
 _ALIASES = {"enter": "return", "esc": "escape", "spacebar": "space", "minus": "-", "equals": "="}
 
@@ -33,33 +33,50 @@ def check_members(examined: Examined, problems: list[str]) -> TaskDescription | 
     Returns:
         The task's description; None if the task is wrong.
     """
-    parts = examined.parts
-    study, keys, policy = parts.get("study"), parts.get("keys"), parts.get("policy")
-    if study is not None and study.language not in locales():
-        problems.append(
-            f'study.language: no texts in "{study.language}"; there are {", ".join(locales())}'
-        )
-    if keys is not None:
-        problems += _unknown_keys(keys)
-    task = _member("study.tasks", "task", "task", examined.raw.get("task"), problems)
-    learner = _member("study.policies", "policy", "policy", examined.raw.get("policy"), problems)
-    if learner is not None and policy is not None and not hasattr(learner, "fit"):
-        problems.append(
-            f'policy.name: "{policy.name}" learns nothing from demonstrations; '
-            'use one that does, such as "nearest_neighbor"'
-        )
-    given = examined.raw.get("scorers")
+    seen, raw = examined.seen, examined.raw
+    problems += broken([_language_there, _keys_there], seen)
+    task = check_member("study.tasks", "task", "task", raw.get("task"), problems)
+    learner = check_member("study.policies", "policy", "policy", raw.get("policy"), problems)
+    if learner is not None:
+        problems += broken([_learns], seen, learner.module)
+    given = raw.get("scorers")
     for name, scorer in given.items() if isinstance(given, dict) else ():
-        module = _member("study.scorers", "scorer", f"scorers.{name}", scorer, problems)
-        if module is not None and "scorers" in parts:
-            problems += _gate_of_nothing(name, parts["scorers"][name], module)
+        member = check_member("study.scorers", "scorer", f"scorers.{name}", scorer, problems)
+        if member is not None:
+            problems += broken([_gate_of_something], seen, name, member.module)
     return None if task is None else _check_task(examined, task, problems)
 
 
-def _member(
+@dataclasses.dataclass(frozen=True, slots=True)
+class Member:
+    """A member that is named right.
+
+    Attributes:
+        module: the member's.
+        parameters: as far as they are right.
+        right: whether all of them are.
+    """
+
+    module: ModuleType
+    parameters: BaseModel
+    right: bool
+
+
+def check_member(
     package: str, family: str, path: str, given: object, problems: list[str]
-) -> ModuleType | None:
-    """Return a member that is named and set right; None if not, or if it is told already."""
+) -> Member | None:
+    """Check a member's name and parameters.
+
+    Args:
+        package: with the family's files.
+        family: as it is called in messages.
+        path: of the table that names the member.
+        given: that table, as plain values.
+        problems: to be added to.
+
+    Returns:
+        The member; None if it is not named right.
+    """
     name = given.get("name") if isinstance(given, dict) else None
     parameters = given.get("parameters", {}) if isinstance(given, dict) else None
     if not isinstance(name, str):
@@ -78,47 +95,63 @@ def _member(
         )
         return None
     try:
-        module.Parameters.model_validate(parameters)
-    except ValidationError as error:
-        problems += validation_problems(error, module.Parameters, f"{path}.parameters")
-        return None
+        found = checked(module.Parameters, parameters, f"{path}.parameters")
     except StudyError as error:
         problems.append(f"{path}.parameters: {error.message}; {error.hint}")
         return None
-    return module
+    problems += found.problems
+    return Member(module, found.seen, right=found.made is not None)
 
 
-def _check_task(
-    examined: Examined, module: ModuleType, problems: list[str]
-) -> TaskDescription | None:
-    given: dict[str, Any] = examined.raw["task"].get("parameters", {})
-    parts = examined.parts
+def _check_task(examined: Examined, task: Member, problems: list[str]) -> TaskDescription | None:
+    problems += broken([_same_rate], examined.seen, task.parameters)
+    if not task.right:
+        return None
     try:
-        description: TaskDescription = module.describe(given)
+        description: TaskDescription = task.module.describe(
+            examined.raw["task"].get("parameters", {})
+        )
     except StudyError as error:
         problems.append(f"task: {error.message}; {error.hint}")
         return None
-    if "keys" in parts:
-        problems += _keys_taken(parts["keys"], description)
-    if "timing" in parts:
-        rate = getattr(module.Parameters.model_validate(given), "timesteps_per_second", None)
-        problems += _other_rate(rate, parts["timing"].timesteps_per_second)
-    pictures = parts["recording"].pictures if "recording" in parts else "none"
-    if pictures != "none" and not description.scene.camera:
-        problems.append(
-            f'recording.pictures: "{pictures}" given, but the task '
-            f'"{examined.raw["task"]["name"]}" takes no pictures as it is set here; leave it out, '
-            'or set "none"'
-        )
+    problems += broken([_keys_free, _pictures_taken], examined.seen, description)
     return description
 
 
-def _unknown_keys(keys: KeyPart) -> Iterator[str]:
+def _language_there(protocol: Protocol) -> Iterator[str]:
+    language = protocol.study.language
+    if language not in locales():
+        yield f'study.language: no texts in "{language}"; there are {", ".join(locales())}'
+
+
+def _learns(protocol: Protocol, module: ModuleType) -> Iterator[str]:
+    if not hasattr(module, "fit"):
+        yield (
+            f'policy.name: "{protocol.policy.name}" learns nothing from demonstrations; '
+            'use one that does, such as "nearest_neighbor"'
+        )
+
+
+def _pictures_taken(protocol: Protocol, description: TaskDescription) -> Iterator[str]:
+    pictures = protocol.recording.pictures
+    if pictures != "none" and not description.scene.camera:
+        yield (
+            f'recording.pictures: "{pictures}" given, but the task '
+            f'"{protocol.task.name}" takes no pictures as it is set here; leave it out, '
+            'or set "none"'
+        )
+
+
+def _keys_there(protocol: Protocol) -> Iterator[str]:
     """Refuse keys that the window never tells of: what is bound to them could not be done."""
-    bound = keys.model_dump()
-    robots: tuple[str, ...] = bound.pop("robots")
+    bound = right_settings(protocol.keys)
+    robots: tuple[str, ...] = bound.pop("robots", ())
     named = [(f"keys.{name}", key) for name, key in bound.items()]
-    named += [(f"keys.robots.{number}", key) for number, key in enumerate(robots, start=1)]
+    named += [
+        (f"keys.robots.{number}", key)
+        for number, key in enumerate(robots, start=1)
+        if key is not WRONG
+    ]
     words = [name for name in KEY_NAMES if len(name) > 1]
     allowed = f"{', '.join(words)}, a to z, 0 to 9, - and ="
     for path, key in named:
@@ -130,10 +163,10 @@ def _unknown_keys(keys: KeyPart) -> Iterator[str]:
             yield f'{path}: "{key[:40]}" given; allowed: {allowed}{hint}'
 
 
-def _keys_taken(keys: KeyPart, description: TaskDescription) -> Iterator[str]:
+def _keys_free(protocol: Protocol, description: TaskDescription) -> Iterator[str]:
     """Refuse keys that the task names itself where they mean something else already."""
-    bound = keys.model_dump()
-    robots: list[str] = bound.pop("robots")
+    bound = right_settings(protocol.keys)
+    robots: tuple[str, ...] = bound.pop("robots", ())
     taken = {key: f"keys.{name}" for name, key in bound.items()}
     taken |= dict.fromkeys(robots, "keys.robots")
     for key in description.key_actions:
@@ -141,8 +174,10 @@ def _keys_taken(keys: KeyPart, description: TaskDescription) -> Iterator[str]:
             yield f'task.parameters.keys: "{key}" is {taken[key]} already; each key does one thing'
 
 
-def _other_rate(rate: float | None, wanted: float) -> Iterator[str]:
+def _same_rate(protocol: Protocol, parameters: BaseModel) -> Iterator[str]:
     """Refuse a task whose own time, given in seconds, is not that of the study."""
+    rate = right_settings(parameters).get("timesteps_per_second")
+    wanted = protocol.timing.timesteps_per_second
     if rate is not None and rate != wanted:
         yield (
             f"task.parameters.timesteps_per_second: {rate:g} given or usual; must be that of "
@@ -150,8 +185,9 @@ def _other_rate(rate: float | None, wanted: float) -> Iterator[str]:
         )
 
 
-def _gate_of_nothing(name: str, scorer: ScorerPart, module: ModuleType) -> Iterator[str]:
+def _gate_of_something(protocol: Protocol, name: str, module: ModuleType) -> Iterator[str]:
     """Refuse a gate at a scorer that is not fitted to choices: it would never pass."""
+    scorer = protocol.scorers[name]
     if scorer.gate is not None and getattr(module, "IS_CONTROL", False):
         yield (
             f'scorers.{name}.gate: given for "{scorer.name}", which learns nothing from '

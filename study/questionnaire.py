@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Annotated, Any, Literal
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field
 
 from study.errors import ProtocolError
+from study.rules import Part, broken, right, right_settings
 from study.toml_text import parse_toml
-from study.validation import NAME_PATTERN, Rules, broken_rules, checked
+from study.validation import NAME_PATTERN, checked
 
 Kind = Literal["scale", "choice", "number", "text"]
 Option = Annotated[str, Field(min_length=1, max_length=80)]
@@ -20,11 +20,7 @@ LONGEST_TEXT = 400
 LARGEST_NUMBER = 999_999
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class Item(_Part):
+class Item(Part):
     """One question: a sentence to agree with, a choice, a number or a free text."""
 
     id: str = Field(pattern=NAME_PATTERN, description="id in the data")
@@ -40,26 +36,27 @@ class Item(_Part):
     most: int = Field(default=LARGEST_NUMBER, le=LARGEST_NUMBER, description="of a number: largest")
     optional: bool = Field(default=False, description="whether it may stay open; free text only")
 
-    @model_validator(mode="after")
-    def _check(self) -> Item:
-        problems = []
+    def _options_of_a_choice(self) -> Iterator[str]:
         if (self.kind == "choice") != bool(self.options) or len(self.options) == 1:
             wanted = (
                 f'a "choice" has at least two, {len(self.options)} given'
                 if self.kind == "choice"
                 else f'a "{self.kind}" has none; only a "choice" has'
             )
-            problems.append(f"options: {wanted}")
+            yield f"options: {wanted}"
+
+    def _open_text(self) -> Iterator[str]:
         if self.optional and self.kind != "text":
-            problems.append("optional: only a free text may stay open")
+            yield "optional: only a free text may stay open"
+
+    def _least_to_most(self) -> Iterator[str]:
         if self.least > self.most:
-            problems.append(f"least: {self.least} given; it must not exceed most, {self.most}")
-        if problems:
-            raise ValueError("\n".join(problems))
-        return self
+            yield f"least: {self.least} given; it must not exceed most, {self.most}"
+
+    rules = (_options_of_a_choice, _open_text, _least_to_most)
 
 
-class Scale(_Part):
+class Scale(Part):
     """What is computed from the answers.
 
     An item answered v on a scale from low to high counts as v, or as low + high - v if it is
@@ -73,7 +70,7 @@ class Scale(_Part):
     reverse: tuple[str, ...] = Field(default=(), description="ids of items worded the other way")
 
 
-class Questionnaire(_Part):
+class Questionnaire(Part):
     """Items, most often on one common scale.
 
     Attributes:
@@ -93,12 +90,48 @@ class Questionnaire(_Part):
     scales: tuple[Scale, ...] = Field(default=(), description="what is computed from the answers")
     source: str = Field(default="", max_length=600, description="where it comes from, its terms")
 
-    @model_validator(mode="after")
-    def _check(self) -> Questionnaire:
-        problems = list(broken_rules(RULES, {n: getattr(self, n) for n in type(self).model_fields}))
-        if problems:
-            raise ValueError("\n".join(problems))
-        return self
+    def _range(self) -> Iterator[str]:
+        if self.high <= self.low:
+            yield f"high: {self.high} given; it must exceed low, {self.low}"
+        elif (self.high - self.low) % self.step:
+            yield f"step: {self.step} given; from {self.low} it does not lead to {self.high}"
+
+    def _labels(self) -> Iterator[str]:
+        yield from self._wrong_labels("labels", self.labels)
+
+    def _labels_of_items(self) -> Iterator[str]:
+        for item in right(self.items, "id", "labels"):
+            yield from broken([self._wrong_labels], f"items: {item.id}: labels", item.labels or {})
+
+    def _wrong_labels(self, path: str, labels: Mapping[str, str]) -> Iterator[str]:
+        numbers = [value for value in labels if value.isdecimal()]
+        for value in labels:
+            if value not in numbers:
+                yield f'{path}: "{value}" is no whole number'
+        if any(self._range()):
+            # Which values there are is to be mended first.
+            return
+        for value in numbers:
+            if not self.accepts(int(value)):
+                yield f'{path}: "{value}" is no value from {self.low} to {self.high}'
+
+    def _ids_once(self) -> Iterator[str]:
+        ids = [item.id for item in right(self.items, "id")]
+        if len(set(ids)) != len(ids):
+            yield f"items: an id is given twice: {', '.join(ids)}"
+
+    def _scored(self) -> Iterator[str]:
+        # All ids have to be right: the one that is not may be the one that a scale means.
+        answered_otherwise = [item for item in right(self.items, "kind") if item.kind != "scale"]
+        known = {item.id for item in self.items} - {item.id for item in answered_otherwise}
+        for scale in right(self.scales):
+            named = right_settings(scale)
+            ids = (*named.get("items", ()), *named.get("reverse", ()))
+            for given in dict.fromkeys(right(ids)):
+                if given not in known:
+                    yield f'scales: "{given}" is no item on the scale'
+
+    rules = (_range, _labels, _labels_of_items, _ids_once, _scored)
 
     def value_labels(self, item: Item | None = None) -> tuple[tuple[int, str], ...]:
         """Return (value, words) pairs in order of value, of an item or of all."""
@@ -107,7 +140,7 @@ class Questionnaire(_Part):
 
     def accepts(self, value: int) -> bool:
         """Whether ``value`` is an answer on the common scale."""
-        return _accepts(self.low, self.high, self.step, value)
+        return self.low <= value <= self.high and (value - self.low) % self.step == 0
 
     def takes(self, item: Item, value: int) -> bool:
         """Whether ``value`` is an answer to an item."""
@@ -152,92 +185,13 @@ def parse_questionnaire(text: str, source: str, *, name: str = "") -> Questionna
     Raises:
         ProtocolError: one message a problem.
     """
-    found = checked(Questionnaire, parse_toml(text, source), RULES)
-    problems = [*found.problems]
-    if "items" in found.wrong or "scales" in found.wrong:
-        problems += wrong_names_in(found.raw, found.parts)
-    given = found.parts.get("name", name)
-    if name and given != name:
-        problems.append(f'name: "{given}" given; must be the file\'s, "{name}"')
+    found = checked(Questionnaire, parse_toml(text, source))
+    problems = [*found.problems, *(broken([_named_as_file], found.seen, name) if name else ())]
     if problems or found.made is None:
         raise ProtocolError(source, problems)
     return found.made
 
 
-def _accepts(low: int, high: int, step: int, value: int) -> bool:
-    return low <= value <= high and (value - low) % step == 0
-
-
-def _range(low: int, high: int, step: int) -> Iterator[str]:
-    if high <= low:
-        yield f"high: {high} given; it must exceed low, {low}"
-    elif (high - low) % step:
-        yield f"step: {step} given; from {low} it does not lead to {high}"
-
-
-def _labels(low: int, high: int, step: int, labels: Mapping[str, str]) -> Iterator[str]:
-    if any(_range(low, high, step)):
-        # Which values there are is to be mended first.
-        return
-    for value in labels:
-        if not value.isdecimal() or not _accepts(low, high, step, int(value)):
-            yield f'labels: "{value}" is no value from {low} to {high}'
-
-
-def _labels_of_items(low: int, high: int, step: int, items: Sequence[Item]) -> Iterator[str]:
-    for item in items:
-        for problem in _labels(low, high, step, item.labels or {}):
-            yield f"items: {item.id}: {problem}"
-
-
-def _ids_once(items: Sequence[Item]) -> Iterator[str]:
-    yield from _given_twice([item.id for item in items])
-
-
-def _given_twice(ids: Sequence[str]) -> Iterator[str]:
-    if len(set(ids)) != len(ids):
-        yield f"items: an id is given twice: {', '.join(ids)}"
-
-
-def _scored(items: Sequence[Item], scales: Sequence[Scale]) -> Iterator[str]:
-    on_scale = [item.id for item in items if item.kind == "scale"]
-    for scale in scales:
-        for given in dict.fromkeys((*scale.items, *scale.reverse)):
-            if given not in on_scale:
-                yield f'scales: "{given}" is no item on the scale'
-
-
-def wrong_names_in(raw: Mapping[str, Any], parts: Mapping[str, Any]) -> Iterator[str]:
-    """Say which ids are given twice, and which scales name no item, whatever else is wrong there.
-
-    Args:
-        raw: the file, as plain values.
-        parts: those that are right; what is in them is looked at already.
-    """
-    items, scales = _tables(raw.get("items")), _tables(raw.get("scales"))
-    ids = [item["id"] for item in items if isinstance(item.get("id"), str)]
-    if "items" not in parts:
-        yield from _given_twice(ids)
-    if len(ids) < len(items) or not all(re.fullmatch(NAME_PATTERN, each) for each in ids):
-        # One of them may be what is meant.
-        return
-    for scale in scales:
-        named = [scale[key] for key in ("items", "reverse") if isinstance(scale.get(key), list)]
-        known = [name for names in named for name in names if isinstance(name, str)]
-        for given in dict.fromkeys(known):
-            if given not in ids:
-                yield f'scales: "{given}" is no item on the scale'
-
-
-def _tables(given: object) -> list[dict[str, Any]]:
-    """Return the tables of a list that may be anything."""
-    return [each for each in given if isinstance(each, dict)] if isinstance(given, list) else []
-
-
-RULES: Rules = (
-    (("low", "high", "step"), _range),
-    (("low", "high", "step", "labels"), _labels),
-    (("low", "high", "step", "items"), _labels_of_items),
-    (("items",), _ids_once),
-    (("items", "scales"), _scored),
-)
+def _named_as_file(questionnaire: Questionnaire, name: str) -> Iterator[str]:
+    if questionnaire.name != name:
+        yield f'name: "{questionnaire.name}" given; must be the file\'s, "{name}"'

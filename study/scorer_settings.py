@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any, Literal
 
 from pydantic import Field
 
-from study.seat_settings import Name, Part
-from study.validation import nearest
+from study.rules import Part
+from study.seat_settings import Name
 
 MANUAL = "manual"
 """What a gate's ``fallback`` says if the participant is to choose."""
@@ -94,48 +94,17 @@ class CorrectionRoundPart(Part):
         description="timesteps for which robots are offered and the participant chooses",
     )
 
-
-def scorer_problems(
-    scorers: Mapping[str, ScorerPart], part: CorrectionRoundPart | None, trials: int
-) -> Iterator[str]:
-    """Say where gates and correction round do not go with the rest of a protocol.
-
-    Args:
-        scorers: by name.
-        part: the correction round, if there is one.
-        trials: of phase two.
-    """
-    known = list(scorers)
-    for name, scorer in scorers.items():
-        gate = scorer.gate
-        if gate is None:
-            continue
-        if trials + (part.trials if part else 0) < LEAST_GATED_TRIALS:
+    def _fewer_offered(self) -> Iterator[str]:
+        if self.offered >= self.robots:
             yield (
-                f"scorers.{name}.gate: needs at least {LEAST_GATED_TRIALS} trials in phase two, "
-                f"to hold one out; {trials} given"
+                f"offered: {self.offered} of {self.robots} robots given; offer fewer than there are"
             )
-        others = [other for other in known if other != name]
-        if gate.fallback not in (MANUAL, *others):
+
+    def _longer_than_dwell(self) -> Iterator[str]:
+        if self.trial_timesteps <= self.dwell:
             yield (
-                f'scorers.{name}.gate.fallback: "{gate.fallback}" given; '
-                f"{nearest(gate.fallback, [MANUAL, *others])}"
-                f'"{MANUAL}" or another scorer: {", ".join(others) or "there is none"}'
+                f"trial_timesteps: {self.trial_timesteps} given; nothing is offered "
+                f"before the dwell of {self.dwell} is over"
             )
-    if part is None:
-        return
-    if part.scorer not in scorers:
-        yield (
-            f'correction_round.scorer: "{part.scorer}" is not under [scorers]; '
-            f"{nearest(part.scorer, known)}there: {', '.join(known) or 'none'}"
-        )
-    if part.offered >= part.robots:
-        yield (
-            f"correction_round.offered: {part.offered} of {part.robots} robots given; "
-            "offer fewer than there are"
-        )
-    if part.trial_timesteps <= part.dwell:
-        yield (
-            f"correction_round.trial_timesteps: {part.trial_timesteps} given; nothing is offered "
-            f"before the dwell of {part.dwell} is over"
-        )
+
+    rules = (_fewer_offered, _longer_than_dwell)

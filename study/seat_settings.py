@@ -1,25 +1,21 @@
-"""What the tables of a protocol have in common, and those about the participant's seat.
+"""The tables of a protocol about the participant's seat.
 
 What is recorded of what is seen there is one of them.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field
 
+from study.rules import Part, right, right_settings
 from study.validation import NAME_PATTERN
 
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]
 Failure = Literal["go_on", "end"]
 Paragraph = Annotated[str, Field(min_length=1, max_length=1200)]
-
-
-class Part(BaseModel):
-    """A table of the protocol file: unknown keys are errors."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class ConsentPart(Part):
@@ -48,13 +44,11 @@ class ComprehensionQuestion(Part):
         min_length=1, max_length=400, description="what is explained again after a wrong answer"
     )
 
-    @model_validator(mode="after")
-    def _check(self) -> ComprehensionQuestion:
+    def _correct_is_offered(self) -> Iterator[str]:
         if self.correct > len(self.options):
-            raise ValueError(
-                f"correct: {self.correct} given; there are {len(self.options)} options"
-            )
-        return self
+            yield f"correct: {self.correct} given; there are {len(self.options)} options"
+
+    rules = (_correct_is_offered,)
 
 
 class ComprehensionPart(Part):
@@ -135,16 +129,15 @@ class KeyPart(Part):
         description="keys that choose robots 1, 2, ...",
     )
 
-    @model_validator(mode="after")
-    def _distinct(self) -> KeyPart:
-        singles = [
-            getattr(self, name) for name in type(self).model_fields if name not in _CHECKED_LATER
-        ]
-        keys = [*singles, *self.robots]
+    def _distinct(self) -> Iterator[str]:
+        bound = right_settings(self)
+        keys = [key for name, key in bound.items() if name not in _CHECKED_LATER]
+        keys += right(bound.get("robots", ()))
         twice = sorted({key for key in keys if keys.count(key) > 1})
         if twice:
-            raise ValueError(f"bound twice: {', '.join(twice)}; each key does one thing")
-        return self
+            yield f"bound twice: {', '.join(twice)}; each key does one thing"
+
+    rules = (_distinct,)
 
 
 class RecordingPart(Part):

@@ -6,14 +6,14 @@ import dataclasses
 import difflib
 import json
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Generic, TypeVar, get_args
 
-from pydantic import BaseModel, TypeAdapter, ValidationError
+from pydantic import BaseModel, ValidationError
+
+from study.rules import RightIn
 
 Made = TypeVar("Made", bound=BaseModel)
-Rules = tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...]
-"""Rules with the tables that each one looks at, which it is called with."""
 
 NAME_PATTERN = r"^[a-z][a-z0-9_]{0,39}$"
 """Names that stand in files' names and in data."""
@@ -54,28 +54,27 @@ class Checked(Generic[Made]):
     Attributes:
         raw: the file, as plain values.
         made: the whole; None if anything is wrong with it.
-        parts: each table or value that nothing is wrong with by itself, by name.
+        seen: the whole as far as it is right: asking it for what is wrong ends a rule (see
+            `study.rules`).
         problems: in words, what is wrong.
-        wrong: names of tables and values that are wrong by themselves.
         absent: key paths of settings that the file is yet to have: missing, misspelt, or in what
             is no table.
     """
 
     raw: dict[str, Any]
     made: Made | None
-    parts: dict[str, Any]
+    seen: Made
     problems: list[str]
-    wrong: frozenset[str] = frozenset()
     absent: frozenset[str] = frozenset()
 
 
-def checked(model: type[Made], given: dict[str, Any], rules: Rules) -> Checked[Made]:
-    """Check what a file says by itself, and go on past what is wrong.
+def checked(model: type[Made], given: Mapping[str, Any], prefix: str = "") -> Checked[Made]:
+    """Check what a file or a table in one says by itself, and go on past what is wrong.
 
     Args:
-        model: what is to be made; it applies the rules too.
+        model: what is to be made.
         given: the file as TOML has it.
-        rules: of how its tables go together.
+        prefix: path of the table that was given, if it is not the file.
     """
     # By way of JSON pydantic can be strict ("2" and true are no numbers) and yet take
     # arrays for tuples.
@@ -84,51 +83,21 @@ def checked(model: type[Made], given: dict[str, Any], rules: Rules) -> Checked[M
     try:
         made = model.model_validate_json(text, strict=True)
     except ValidationError as error:
-        problems = list(validation_problems(error, model, given_file=given))
+        problems = list(validation_problems(error, model, prefix, given))
         details = error.errors()
-        wrong = frozenset(str(item["loc"][0]) for item in details if item["loc"])
-        parts = _right_parts(model, raw, wrong)
-        # Only where no table is wrong by itself has the model looked at how they go together.
-        problems += broken_rules(rules, parts) if wrong else ()
-        return Checked(raw, None, parts, problems, wrong, frozenset(_absent(details, model, given)))
-    return Checked(raw, made, {name: getattr(made, name) for name in model.model_fields}, [])
-
-
-def broken_rules(rules: Rules, parts: Mapping[str, Any]) -> Iterator[str]:
-    """Say where parts do not go together.
-
-    Args:
-        rules: those that hold.
-        parts: those that are right, by name; what needs another one is not looked at.
-    """
-    for names, rule in rules:
-        if all(name in parts for name in names):
-            yield from rule(*(parts[name] for name in names))
-
-
-def _right_parts(
-    model: type[BaseModel], raw: dict[str, Any], wrong: frozenset[str]
-) -> dict[str, Any]:
-    """Return each table that nothing is wrong with; none left out if one may be misspelt."""
-    misspelt = not wrong <= model.model_fields.keys()
-    parts = {}
-    for name, field in model.model_fields.items():
-        if name in wrong:
-            continue
-        if name in raw:
-            kind: Any = field.annotation
-            text = json.dumps(raw[name])
-            parts[name] = TypeAdapter[Any](kind).validate_json(text, strict=True)
-        elif not misspelt:
-            parts[name] = field.get_default(call_default_factory=True)
-    return parts
+        found = RightIn(details, _meant(details, model))
+        seen = found.value(model, raw)
+        for place, problem in found.told:
+            problems.append(_said(_path(place, prefix, given), problem))
+        return Checked(raw, None, seen, problems, frozenset(_absent(details, model, given)))
+    return Checked(raw, made, made, [])
 
 
 def _absent(details: list[Any], model: type[BaseModel], given: object) -> Iterator[str]:
     """Yield the key paths of settings that a file is yet to have."""
     places = list(_meant(details, model))
     for item in details:
-        place = tuple(part for part in item["loc"] if not str(part).startswith(_NO_STEPS))
+        place = tuple(_in_file(item["loc"]))
         if item["type"] in _NOT_THERE:
             places.append(place)
         if place[-1:] == ("name",) and isinstance(place[-2:][0], int):
@@ -152,11 +121,11 @@ def validation_problems(
     details = error.errors()
     misspelt = set(_meant(details, model))
     for item in details:
-        location = [part for part in item["loc"] if not str(part).startswith(_NO_STEPS)]
-        path = ".".join([*([prefix] if prefix else []), *_steps(location, given_file)])
+        location = _in_file(item["loc"])
+        path = _path(location, prefix, given_file)
         kind, given = item["type"], item["input"]
-        if kind == "too_short" and any(_is_inside(other["loc"], item["loc"]) for other in details):
-            # What is wrong with its entries is said already.
+        if kind == "too_short" and len(given) >= item["ctx"]["min_length"]:
+            # There are enough; what is wrong with some of them is said already.
             continue
         lead = f"{path}: " if path else ""
         if kind == "extra_forbidden":
@@ -167,7 +136,7 @@ def validation_problems(
             if item["loc"] not in misspelt:
                 yield f"{lead}missing; it has to be stated"
         elif kind == "value_error":
-            yield from (f"{lead}{line}" for line in str(item["ctx"]["error"]).splitlines())
+            yield from (_said(path, line) for line in str(item["ctx"]["error"]).splitlines())
         elif kind == "string_pattern_mismatch":
             rule = "a lower-case letter, then up to 39 lower-case letters, digits and _"
             pattern = item["ctx"]["pattern"]
@@ -211,8 +180,20 @@ def nearest(given: str, known: list[str]) -> str:
     return f'did you mean "{near}"? ' if near else ""
 
 
-def _is_inside(place: tuple[int | str, ...], outer: tuple[int | str, ...]) -> bool:
-    return len(place) > len(outer) and place[: len(outer)] == outer
+def _in_file(location: Iterable[int | str]) -> list[int | str]:
+    """Return those steps of a place that stand in the file."""
+    return [part for part in location if not str(part).startswith(_NO_STEPS)]
+
+
+def _said(path: str, problem: str) -> str:
+    """Return a rule's problem with the path of its table; it may begin with a setting of that."""
+    if not path:
+        return problem
+    return f"{path}.{problem}" if re.match(r"[a-z_]+: ", problem) else f"{path}: {problem}"
+
+
+def _path(location: Iterable[int | str], prefix: str, given: object) -> str:
+    return ".".join([*([prefix] if prefix else []), *_steps(list(location), given)])
 
 
 def _steps(location: list[int | str], given: object) -> Iterator[str]:
@@ -275,20 +256,15 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:  # noqa: ANN401 - a ty
     return next((model for model in found if model), None)
 
 
-def missing_paths(raw: object, assumptions: Iterable[str], absent: Iterable[str] = ()) -> list[str]:
-    """Return a problem for each assumption that is about no setting of the file.
-
-    Args:
-        raw: the file, as plain values.
-        assumptions: key paths.
-        absent: key paths that the file is yet to have; of those nothing is said.
-    """
-    yet_to_come = tuple(f"{path}." for path in absent)
+def missing_paths(found: Checked[Any]) -> list[str]:
+    """Return a problem for each entry under [assumptions] that is about no setting of the file."""
+    assumptions = found.raw.get("assumptions")
+    yet_to_come = tuple(f"{path}." for path in found.absent)
     words = "names no setting of this file; write the key path of one"
     return [
         f'assumptions: "{path}" {words}'
-        for path in assumptions
-        if not _has_path(raw, path) and not f"{path}.".startswith(yet_to_come)
+        for path in (assumptions if isinstance(assumptions, dict) else ())
+        if not _has_path(found.raw, path) and not f"{path}.".startswith(yet_to_come)
     ]
 
 

@@ -8,18 +8,19 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import json
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field
 
-from study.errors import ProtocolError, StudyError, UnknownNameError
-from study.families import load_member
+from study.errors import ProtocolError
 from study.loading import find_protocol, read_text
-from study.seat_settings import Name, Part
+from study.protocol_checks import check_member
+from study.rules import Part, known_names, right
+from study.seat_settings import Name
 from study.toml_text import parse_toml
-from study.validation import missing_paths, nearest, validation_problems
+from study.validation import checked, missing_paths, nearest
 
 SeedSet = Literal["development", "held_out"]
 Training = Literal["phase_three_only", "phase_one_and_three"]
@@ -47,11 +48,11 @@ class SeedsPart(Part):
     )
     held_out: int = Field(ge=0, lt=2**63, description="seed of the worlds that results come from")
 
-    @model_validator(mode="after")
-    def _check(self) -> SeedsPart:
+    def _two_sets(self) -> Iterator[str]:
         if self.development == self.held_out:
-            raise ValueError(f"development and held_out are both {self.held_out}; they must differ")
-        return self
+            yield f"development and held_out are both {self.held_out}; they must differ"
+
+    rules = (_two_sets,)
 
 
 class MemberPart(Part):
@@ -124,11 +125,11 @@ class CorrectionPart(Part):
     robots: int = Field(ge=2, le=1000, description="size of the fleet that the first scorer drives")
     asked: int = Field(ge=2, le=1000, description="robots that the user chooses among")
 
-    @model_validator(mode="after")
-    def _check(self) -> CorrectionPart:
+    def _as_many_there(self) -> Iterator[str]:
         if self.asked > self.robots:
-            raise ValueError(f"asked is {self.asked}; there are only {self.robots} robots")
-        return self
+            yield f"asked is {self.asked}; there are only {self.robots} robots"
+
+    rules = (_as_many_there,)
 
 
 class SensitivityPart(Part):
@@ -171,30 +172,36 @@ class ExperimentProtocol(Part):
         default_factory=dict, description="key path to why we set what the paper leaves open"
     )
 
-    @model_validator(mode="after")
-    def _check(self) -> ExperimentProtocol:
-        problems = [
-            f'scorers.{name}: the name is taken by the program; use another than "{name}"'
-            for name in _RESERVED
-            if name in self.scorers
-        ]
-        known = [*self.scorers, GROUND_TRUTH, *([CORRECTED] if self.correction else [])]
-        named = {
-            "correction.scorer": (self.correction.scorer,) if self.correction else (),
-            "sensitivity.scorers": self.sensitivity.scorers if self.sensitivity else (),
-            "fleet_sizes.scorers": self.fleet_sizes.scorers if self.fleet_sizes else (),
-        }
-        for path, names in named.items():
-            allowed = known if path.startswith("fleet") else list(self.scorers)
-            problems += [
-                f'{path}: "{name}" is not there; {nearest(name, allowed)}'
-                f"there: {', '.join(allowed)}"
-                for name in names
-                if name not in allowed
-            ]
-        if problems:
-            raise ValueError("\n".join(problems))
-        return self
+    def _names_free(self) -> Iterator[str]:
+        for name in _RESERVED:
+            if name in self.scorers:
+                yield (
+                    f'scorers.{name}: the name is taken by the program; use another than "{name}"'
+                )
+
+    def _corrected_there(self) -> Iterator[str]:
+        if self.correction:
+            yield from self._unknown("correction.scorer", [self.correction.scorer])
+
+    def _turned_there(self) -> Iterator[str]:
+        if self.sensitivity:
+            yield from self._unknown("sensitivity.scorers", self.sensitivity.scorers)
+
+    def _driving_there(self) -> Iterator[str]:
+        if self.fleet_sizes:
+            more = [GROUND_TRUTH, *([CORRECTED] if self.correction else [])]
+            yield from self._unknown("fleet_sizes.scorers", self.fleet_sizes.scorers, more)
+
+    def _unknown(self, path: str, names: Iterable[str], more: Iterable[str] = ()) -> Iterator[str]:
+        allowed = [*known_names(self.scorers), *more]
+        for name in right(names):
+            if name not in allowed:
+                yield (
+                    f'{path}: "{name}" is not there; {nearest(name, allowed)}'
+                    f"there: {', '.join(allowed)}"
+                )
+
+    rules = (_names_free, _corrected_there, _turned_there, _driving_there)
 
     def world_seed_of(self, seeds: SeedSet) -> int:
         """Return the seed of a set of worlds."""
@@ -249,35 +256,15 @@ def parse_experiment(text: str, source: str) -> ExperimentProtocol:
     if "experiment" not in raw:
         hint = "it has no [experiment]; a study with people or participants is for study run"
         raise ProtocolError(source, [f"no experiment: {hint} and study simulate"])
-    try:
-        protocol = ExperimentProtocol.model_validate_json(json.dumps(raw, default=str), strict=True)
-    except ValidationError as error:
-        problems = list(validation_problems(error, ExperimentProtocol, given_file=raw))
-        raise ProtocolError(source, problems) from error
-    problems = [*missing_paths(raw, protocol.assumptions), *_member_problems(protocol)]
-    if problems:
-        raise ProtocolError(source, problems)
-    return protocol
-
-
-def _member_problems(protocol: ExperimentProtocol) -> list[str]:
-    members = [
-        ("study.tasks", "task", "task", protocol.task),
-        ("study.policies", "policy", "policy", protocol.policy),
-        *(
-            ("study.scorers", "scorer", f"scorers.{key}", scorer)
-            for key, scorer in protocol.scorers.items()
-        ),
-    ]
-    problems: list[str] = []
+    found = checked(ExperimentProtocol, raw)
+    problems = [*found.problems, *missing_paths(found)]
+    members = [("study.tasks", "task", "task", found.raw.get("task"))]
+    members += [("study.policies", "policy", "policy", found.raw.get("policy"))]
+    scorers = found.raw.get("scorers")
+    for name, scorer in scorers.items() if isinstance(scorers, dict) else ():
+        members.append(("study.scorers", "scorer", f"scorers.{name}", scorer))
     for package, family, path, member in members:
-        try:
-            module = load_member(package, family, member.name)
-            module.Parameters.model_validate(member.parameters)
-        except UnknownNameError as error:
-            problems.append(f"{path}.name: {error.message}; {error.hint}")
-        except ValidationError as error:
-            problems += validation_problems(error, module.Parameters, f"{path}.parameters")
-        except StudyError as error:
-            problems.append(f"{path}.parameters: {error.message}; {error.hint}")
-    return problems
+        check_member(package, family, path, member, problems)
+    if problems or found.made is None:
+        raise ProtocolError(source, problems)
+    return found.made

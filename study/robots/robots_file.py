@@ -21,18 +21,20 @@ from __future__ import annotations
 
 import re
 import threading
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, Field
 
 from study.errors import ProtocolError, StudyError
 from study.robots.client import RobotAddress, RobotClient
 from study.robots.fleet import RobotFleet
 from study.robots.keys import KEY_PATTERN, PUBLIC_FILE, read_pair
 from study.robots.poses import NatNetPoses, PoseSource, TwinPoses
+from study.rules import Part, right
 from study.toml_text import decoded, parse_toml
-from study.validation import validation_problems
+from study.validation import checked
 
 MAX_BYTES = 64_000
 
@@ -53,11 +55,7 @@ Address = Annotated[str, AfterValidator(_address)]
 PublicKey = Annotated[str, AfterValidator(_public_key)]
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class RobotPart(_Part):
+class RobotPart(Part):
     """One robot."""
 
     name: str = Field(pattern=r"^[a-z][a-z0-9_]{0,30}$", description="what people call it")
@@ -65,7 +63,7 @@ class RobotPart(_Part):
     public_key: PublicKey = Field(description="its own")
 
 
-class TwinPosesPart(_Part):
+class TwinPosesPart(Part):
     """Poses from the digital twin."""
 
     kind: Literal["twin"]
@@ -73,7 +71,7 @@ class TwinPosesPart(_Part):
     public_key: PublicKey = Field(description="its own")
 
 
-class NatNetPosesPart(_Part):
+class NatNetPosesPart(Part):
     """Poses from OptiTrack's Motive."""
 
     kind: Literal["natnet"]
@@ -85,24 +83,25 @@ class NatNetPosesPart(_Part):
     multicast: bool = Field(default=False, description="as set in Motive")
 
 
-class RobotsFile(_Part):
+class RobotsFile(Part):
     """All of it."""
 
     operator_key: Path = Field(description="private file, from the folder of this one")
     robots: tuple[RobotPart, ...] = Field(min_length=1, max_length=12)
     poses: TwinPosesPart | NatNetPosesPart = Field(discriminator="kind")
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
+    def _body_each(self) -> Iterator[str]:
         poses = self.poses
         if isinstance(poses, NatNetPosesPart) and len(poses.rigid_bodies) != len(self.robots):
-            raise ValueError("poses.rigid_bodies must have one id for each robot")
+            yield "poses.rigid_bodies must have one id for each robot"
+
+    def _apart(self) -> Iterator[str]:
         for what in ("name", "address", "public_key"):
-            values = [getattr(robot, what) for robot in self.robots]
-            twice = sorted({value for value in values if values.count(value) > 1})
-            if twice:
-                raise ValueError(f"robots: {what} {twice[0]} is that of two robots")
-        return self
+            values = [getattr(robot, what) for robot in right(self.robots, what)]
+            for twice in sorted({value for value in values if values.count(value) > 1}):
+                yield f"robots: {what} {twice} is that of two robots"
+
+    rules = (_body_each, _apart)
 
 
 def read_robots_file(path: Path) -> RobotsFile:
@@ -122,11 +121,10 @@ def read_robots_file(path: Path) -> RobotsFile:
     if len(raw) > MAX_BYTES:
         raise StudyError(f"{path}: more than {MAX_BYTES} bytes")
     given = parse_toml(decoded(raw, str(path)), str(path))
-    try:
-        return RobotsFile.model_validate(given)
-    except ValidationError as error:
-        problems = list(validation_problems(error, RobotsFile, given_file=given))
-        raise ProtocolError(str(path), problems) from error
+    found = checked(RobotsFile, given)
+    if found.made is None:
+        raise ProtocolError(str(path), found.problems)
+    return found.made
 
 
 def open_fleet(path: Path) -> RobotFleet:

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Self
+from collections.abc import Iterator
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field
+
+from study.rules import Part
 
 ACTIONS = ("forward", "backward", "turn left", "turn right", "idle")
 FORWARD, BACKWARD, TURN_LEFT, TURN_RIGHT, IDLE = range(5)
 
 
-class Parameters(BaseModel):
+class Parameters(Part):
     """Time in seconds, speeds in metres and radians a second."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     timesteps_per_second: float = Field(
         8.0, ge=1, le=50, description="must be that of `timing.timesteps_per_second`"
@@ -42,14 +42,16 @@ class Parameters(BaseModel):
     )
     lap: float = Field(1.0, ge=-1000, le=1000, description="points of a lap")
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
+    def _lasts(self) -> Iterator[str]:
         if self.horizon < 1:
-            raise ValueError("an episode must last one timestep at least")
+            yield "an episode must last one timestep at least"
+
+    def _driven_on(self) -> Iterator[str]:
         if self.link and self.timesteps_per_second < 6:
             # A robot is driven on between two actions for 0.2 s only.
-            raise ValueError("over the robot link there must be 6 timesteps a second at least")
-        return self
+            yield "over the robot link there must be 6 timesteps a second at least"
+
+    rules = (_lasts, _driven_on)
 
     @property
     def horizon(self) -> int:

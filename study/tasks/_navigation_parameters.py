@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field
 
+from study.errors import UnknownNameError
 from study.layouts import named_layout
+from study.rules import Part
 
 FULL_HEALTH = 100.0
 NOISE_LIMIT = 3.0
 """Noise is cut off at this many standard deviations, so that no robot jumps a wall."""
 
 
-class Rewards(BaseModel):
+class Rewards(Part):
     """Points, added up over robots and timesteps."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     progress: float = Field(1.0, description="points per metre of driving distance to the goal")
     health: float = Field(0.1, description="points per health point gained or lost")
@@ -25,10 +26,8 @@ class Rewards(BaseModel):
     timestep: float = Field(-0.05, description="points for each timestep of each running robot")
 
 
-class Parameters(BaseModel):
+class Parameters(Part):
     """What a protocol can set of the task."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     layout: str = Field("three_rooms", description="name of the map")
     horizon: int = Field(200, ge=1, le=100_000, description="longest episode, timesteps")
@@ -48,16 +47,27 @@ class Parameters(BaseModel):
     )
     rewards: Rewards = Field(Rewards(), description="points")
 
-    @model_validator(mode="after")
-    def _check(self) -> Parameters:
+    def _health_rises(self) -> Iterator[str]:
         low, high = self.start_health
         if not 0 < low <= high <= FULL_HEALTH:
-            raise ValueError(f"start_health is {[low, high]}; it must rise within 0 to 100")
+            yield f"start_health is {[low, high]}; it must rise within 0 to 100"
+
+    def _layout_there(self) -> Iterator[str]:
+        try:
+            named_layout(self.layout)
+        except UnknownNameError as error:
+            yield f"layout: {error.message}; {error.hint}"
+
+    def _no_wall_jumped(self) -> Iterator[str]:
+        if any(self._layout_there()):
+            # How thick its walls are is not known yet.
+            return
         longest = max(self.forward, self.back) + math.sqrt(2) * NOISE_LIMIT * self.noise
         wall = 2 * named_layout(self.layout).robot_radius
         if longest >= wall:
-            raise ValueError(
+            yield (
                 f"a step of up to {longest:.2f} m (forward or back with noise) could jump a wall; "
                 f"it must stay under {wall:.2f} m"
             )
-        return self
+
+    rules = (_health_rises, _layout_there, _no_wall_jumped)

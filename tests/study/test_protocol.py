@@ -84,7 +84,7 @@ WRONG: dict[str, tuple[list[tuple[str, str]], list[list[str]]]] = {
     ),
     "unknown layout": (
         [('layout = "three_rooms"', 'layout = "three_room"')],
-        [["task.parameters:", '"three_room"', 'Did you mean "three_rooms"?']],
+        [["task.parameters.layout:", '"three_room"', 'Did you mean "three_rooms"?']],
     ),
     "task parameter": (
         [("horizon = 20", "horizon = 0")],
