@@ -11,7 +11,7 @@ from types import ModuleType
 
 from pydantic import BaseModel
 
-from study.errors import StudyError
+from study.errors import ProtocolError, StudyError
 from study.events.task_description import TaskDescription
 from study.families import load_member
 from study.messages import locales
@@ -111,6 +111,9 @@ def _check_task(examined: Examined, task: Member, problems: list[str]) -> TaskDe
         description: TaskDescription = task.module.describe(
             examined.raw["task"].get("parameters", {})
         )
+    except ProtocolError as error:
+        problems += error.problems
+        return None
     except StudyError as error:
         problems.append(f"task: {error.message}; {error.hint}")
         return None

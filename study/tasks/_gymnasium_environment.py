@@ -8,10 +8,10 @@ import functools
 import json
 import re
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
-from study.errors import StudyError
+from study.errors import ProtocolError, StudyError
 from study.events.scene import Scene
 from study.events.task_description import TaskDescription
 from study.tasks._gymnasium_known import KNOWN, NOTHING, WAIT, Known, Termination, default_keys
@@ -128,6 +128,7 @@ def resolve(name: str, env_id: str, settings_json: str) -> Resolved:
 
     Raises:
         StudyError: it cannot be a task, or something must be said that nobody knows.
+        ProtocolError: more than one thing is wrong.
     """
     settings: dict[str, Any] = json.loads(settings_json)
     env = make_environment(env_id, settings["options"])
@@ -137,15 +138,22 @@ def resolve(name: str, env_id: str, settings_json: str) -> Resolved:
         if known is not None and len(known.actions) != actions:
             known = None
         termination = settings["termination"] or (known.termination if known else None)
-        if termination is None:
-            raise StudyError(
-                f"{env_id} does not say what it means that it ends an episode",
-                'Give task.parameters.termination: "goal", "lost", or "goal_if_rewarded" (a goal '
-                "if the last reward is positive).",
-            )
-        names = _action_names(env_id, env, settings["action_names"], known, actions)
-        without_key = _without_key(env_id, settings["without_key"], known, names)
-        keys = _keys(env_id, settings["keys"], known, names, without_key)
+        names = _action_names(env, settings["action_names"], known, actions)
+        wrong = [
+            *_no_termination(env_id, termination),
+            *_wrong_actions(env_id, settings, names, actions),
+        ]
+        try:
+            fields = state_fields(env_id, env, settings, known)
+        except StudyError as error:
+            wrong.append(error)
+        if wrong[1:]:
+            problems = [f"{error.message}; {error.hint}" for error in wrong]
+            raise ProtocolError(env_id, problems)
+        if wrong or termination is None:
+            raise wrong[0]
+        without_key = _without_key(settings["without_key"], known, names)
+        keys = _keys(settings["keys"], known, names, without_key)
         idle = without_key
         if without_key < 0 or without_key in keys.values():
             # Nothing pressed is no demonstration, even where it does what a key does.
@@ -155,7 +163,7 @@ def resolve(name: str, env_id: str, settings_json: str) -> Resolved:
         description = TaskDescription(
             name=name,
             version=1,
-            state_fields=state_fields(env_id, env, settings, known),
+            state_fields=fields,
             x_field=-1,
             y_field=-1,
             heading_field=-1,
@@ -192,19 +200,53 @@ def _action_count(env_id: str, env: Any) -> int:  # noqa: ANN401
     return int(space.n)
 
 
+def _no_termination(env_id: str, termination: Termination | None) -> Iterator[StudyError]:
+    if termination is None:
+        yield StudyError(
+            f"{env_id} does not say what it means that it ends an episode",
+            'Give task.parameters.termination: "goal", "lost", or "goal_if_rewarded" (a goal '
+            "if the last reward is positive).",
+        )
+
+
+def _wrong_actions(
+    env_id: str, settings: Mapping[str, Any], names: tuple[str, ...], actions: int
+) -> Iterator[StudyError]:
+    """Say which settings are about actions that the environment does not have, and which keys."""
+    there = f"{env_id} has actions 0 to {actions - 1}"
+    if len(names) != actions:
+        yield StudyError(
+            f"task.parameters.action_names: {len(names)} names given; {env_id} has {actions} "
+            "actions",
+            "Give one name an action, in the order of their numbers, or none.",
+        )
+    held = settings["without_key"]
+    if isinstance(held, int) and not 0 <= held < actions:
+        yield StudyError(
+            f"task.parameters.without_key: {held} given; {there}",
+            'Give one of them, or "wait": the environment is not stepped while no key is held.',
+        )
+    for key, action in settings["keys"].items():
+        if not KEY.fullmatch(key):
+            yield StudyError(
+                f'task.parameters.keys: "{key}" given',
+                "Keys are left, right, up, down, space and the letters a to z.",
+            )
+        if not 0 <= action < actions:
+            yield StudyError(
+                f"task.parameters.keys.{key}: {action} given; {there}",
+                f"They are: {', '.join(f'{n} {name}' for n, name in enumerate(names))}."
+                if len(names) == actions
+                else "Give one of them.",
+            )
+
+
 def _action_names(
-    env_id: str,
     env: Any,  # noqa: ANN401
     given: list[str],
     known: Known | None,
     actions: int,
 ) -> tuple[str, ...]:
-    if given and len(given) != actions:
-        raise StudyError(
-            f"task.parameters.action_names: {len(given)} names given; {env_id} has {actions} "
-            "actions",
-            "Give one name an action, in the order of their numbers, or none.",
-        )
     if given or known:
         return tuple(given) or (known.actions if known else ())
     meanings = getattr(env.unwrapped, "get_action_meanings", None)
@@ -212,44 +254,18 @@ def _action_names(
     return meant if len(meant) == actions else tuple(f"action {n}" for n in range(actions))
 
 
-def _without_key(
-    env_id: str, given: int | str | None, known: Known | None, names: tuple[str, ...]
-) -> int:
+def _without_key(given: int | str | None, known: Known | None, names: tuple[str, ...]) -> int:
     """Return what is done while no key is held; -1: the environment is not stepped."""
     if given is None:
         return known.without_key if known else names.index(NOTHING) if NOTHING in names else -1
-    if given == WAIT:
-        return -1
-    if not 0 <= int(given) < len(names):
-        raise StudyError(
-            f"task.parameters.without_key: {given} given; {env_id} has actions 0 to "
-            f"{len(names) - 1}",
-            'Give one of them, or "wait": the environment is not stepped while no key is held.',
-        )
-    return int(given)
+    return -1 if given == WAIT else int(given)
 
 
 def _keys(
-    env_id: str,
-    given: dict[str, int],
-    known: Known | None,
-    names: tuple[str, ...],
-    without_key: int,
+    given: dict[str, int], known: Known | None, names: tuple[str, ...], without_key: int
 ) -> dict[str, int]:
     if not given:
         return dict(known.keys) if known else default_keys(names, without_key)
-    for key, action in given.items():
-        if not KEY.fullmatch(key):
-            raise StudyError(
-                f'task.parameters.keys: "{key}" given',
-                "Keys are left, right, up, down, space and the letters a to z.",
-            )
-        if not 0 <= action < len(names):
-            raise StudyError(
-                f"task.parameters.keys.{key}: {action} given; {env_id} has actions 0 to "
-                f"{len(names) - 1}",
-                f"They are: {', '.join(f'{n} {name}' for n, name in enumerate(names))}.",
-            )
     return dict(given)
 
 

@@ -228,6 +228,18 @@ def test_refusals_are_in_words(env_id: str, parameters: dict[str, Any], words: s
     assert caught.value.hint
 
 
+def test_all_that_does_not_go_with_an_environment_is_told_at_once(tmp_path: Path) -> None:
+    """One line each, however many settings it is."""
+    wrong = 'keys = { F1 = 0, left = 5 }\naction_names = ["a"]\nstate_names = ["b"]'
+    changes = [('"lost"', f'"lost"\n{wrong}'), ('without_key = "wait"', "without_key = 7")]
+    path = variant(tmp_path, *changes, base="cart_pole")
+    with pytest.raises(ProtocolError) as caught:
+        load_protocol(str(path))
+    settings = ["action_names", "without_key", "keys", "keys.left", "state_names"]
+    said = [problem.split(": ")[0] for problem in caught.value.problems]
+    assert said == [f"task.parameters.{name}" for name in settings]
+
+
 def test_pictures_that_are_none_are_refused() -> None:
     """An environment that draws something else is refused when it is looked at."""
     task = task_of(f"{ODD}:Counter-v0", termination="goal", options={"colour": 1})
