@@ -83,8 +83,8 @@ def checked(model: type[Made], given: Mapping[str, Any], prefix: str = "") -> Ch
     try:
         made = model.model_validate_json(text, strict=True)
     except ValidationError as error:
-        problems = list(validation_problems(error, model, prefix, given))
-        details = error.errors()
+        details = _with_entries_of_long_lists(error.errors(), model, raw)
+        problems = list(validation_problems(details, model, prefix, given))
         found = RightIn(details, _meant(details, model))
         seen = found.value(model, raw)
         for place, problem in found.told:
@@ -107,18 +107,42 @@ def _absent(details: list[Any], model: type[BaseModel], given: object) -> Iterat
         yield ".".join(_steps(list(place), given))
 
 
+def _with_entries_of_long_lists(
+    details: list[Any], model: type[BaseModel], raw: dict[str, Any]
+) -> list[Any]:
+    """Add what is wrong with the entries of lists that are too long; pydantic leaves them out."""
+    long = [item for item in details if item["type"] == "too_long"]
+    if not long:
+        return details
+    cut = json.loads(json.dumps(raw))
+    for item in long:
+        entries = cut
+        for step in _in_file(item["loc"]):
+            entries = _inside(entries, step)
+        if isinstance(entries, list):
+            del entries[item["ctx"]["max_length"] :]
+    try:
+        model.model_validate_json(json.dumps(cut), strict=True)
+    except ValidationError as error:
+        # What is wrong with all of a table that holds such a list comes from the cut.
+        holders = [item["loc"][:steps] for item in long for steps in range(len(item["loc"]))]
+        known = [item["loc"] for item in details]
+        found = _with_entries_of_long_lists(error.errors(), model, cut)
+        return details + [item for item in found if item["loc"] not in (*holders, *known)]
+    return details
+
+
 def validation_problems(
-    error: ValidationError, model: type[BaseModel], prefix: str = "", given_file: object = None
+    details: list[Any], model: type[BaseModel], prefix: str = "", given_file: object = None
 ) -> Iterator[str]:
     """Translate pydantic's errors: key path, what was given, what is allowed, nearest name.
 
     Args:
-        error: pydantic's.
+        details: pydantic's errors.
         model: what was to be made.
         prefix: path of the table that was given, if it is not the file.
         given_file: what was given; entries of lists are called by their names in it.
     """
-    details = error.errors()
     misspelt = set(_meant(details, model))
     for item in details:
         location = _in_file(item["loc"])

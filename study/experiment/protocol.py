@@ -194,7 +194,7 @@ class ExperimentProtocol(Part):
 
     def _unknown(self, path: str, names: Iterable[str], more: Iterable[str] = ()) -> Iterator[str]:
         allowed = [*known_names(self.scorers), *more]
-        for name in right(names):
+        for name in dict.fromkeys(right(names)):
             if name not in allowed:
                 yield (
                     f'{path}: "{name}" is not there; {nearest(name, allowed)}'

@@ -185,7 +185,7 @@ def stated_parameters(texts: Sequence[str]) -> dict[str, float]:
                 raise ValueError(number)
             OperatorParameters.model_validate({name: found[name]})
         except ValidationError as error:
-            problem = next(validation_problems(error, OperatorParameters))
+            problem = next(validation_problems(error.errors(), OperatorParameters))
             raise StudyError(
                 f"--set {problem}", "See docs/explanation/simulated-participants.md."
             ) from error

@@ -275,6 +275,19 @@ def test_no_mistake_is_told_twice(
         assert word in problem
 
 
+def test_a_list_that_is_too_long_hides_none_of_its_entries(tmp_path: Path) -> None:
+    """Each entry that is wrong is told, and what stands beside the list too."""
+    text, _, read = FILES["questionnaire"]
+    path = tmp_path / "wrong.toml"
+    items = "".join(f'[[items]]\nid = "more{n}"\ntext = "More"\n' for n in range(40))
+    text = text.replace('["left", "right"]', '["a", "", "c", "d", "e", "f", "g", "h"]')
+    path.write_text(f"{text}{items}".replace('"Your age"', "3").replace("high = 7", "high = 1"))
+    with pytest.raises(ProtocolError) as caught:
+        read(path)
+    said = sorted(problem.split(": ")[0] for problem in caught.value.problems)
+    assert said == ["high", "items", "items.3.text", "items.4.options", "items.4.options.2"]
+
+
 @pytest.mark.parametrize("kind", FILES)
 def test_all_mistakes_are_told_at_once(kind: str, tmp_path: Path) -> None:
     """However many there are."""
