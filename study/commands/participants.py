@@ -13,7 +13,7 @@ from rich.markup import escape
 
 from study.commands.enrolling import BY_HAND
 from study.commands.kept_folder import check_kept
-from study.commands.participants_table import participants_table
+from study.commands.participants_table import participants_tables
 from study.commands.terminal import console, errors
 from study.enrolment import editing
 from study.enrolment.files import files_of
@@ -199,7 +199,10 @@ def _show(found: list[Participant], *, as_json: bool) -> None:
     if not found:
         console.print("No participants yet.")
         return
-    console.print(participants_table(found, console.width))
+    for number, table in enumerate(participants_tables(found, console.width)):
+        if number:
+            console.print()
+        console.print(table)
 
 
 def confirm(question: str) -> None:

@@ -1,9 +1,9 @@
-"""The table of participants, as wide as the terminal; pseudonyms and dates are whole in it."""
+"""Participants in a table for each study, as wide as the terminal; no pseudonym is broken."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from rich.markup import escape
 from rich.table import Table
@@ -19,13 +19,19 @@ _FRAME = 3
 """What a column takes beside its cells; the frame's end is one more."""
 
 
-def participants_table(found: Sequence[Participant], width: int) -> Table:
-    """Return a table of participants, with how often each order is used below it.
+def participants_tables(found: Sequence[Participant], width: int) -> Iterator[Table]:
+    """Yield a table for each study, by its name: slots and orders are counted within one.
 
     Args:
-        found: those to show; at least one.
+        found: those to show.
         width: of the terminal, in characters.
     """
+    for study in sorted({each.study for each in found}):
+        yield _table(study, [each for each in found if each.study == study], width)
+
+
+def _table(study: str, found: Sequence[Participant], width: int) -> Table:
+    """Return the table of one study, with how often each order is used below it."""
     columns = {
         "slot": [_slot(each) for each in found],
         "pseudonym": [each.pseudonym for each in found],
@@ -45,11 +51,7 @@ def participants_table(found: Sequence[Participant], width: int) -> Table:
     for name in _DROPPED:
         if _width(least) > width:
             del least[name]
-    studies = sorted({each.study for each in found})
-    table = Table(
-        title=escape(" and ".join(studies)),
-        caption="\n".join(_balance(study, found) for study in studies),
-    )
+    table = Table(title=escape(study), caption=_balance(study, found))
     for name, needed in least.items():
         whole = name in _WHOLE
         table.add_column(name, min_width=needed if whole else None, no_wrap=whole, overflow="fold")
@@ -76,9 +78,7 @@ def _width(least: Mapping[str, int]) -> int:
 
 
 def _balance(study: str, found: Sequence[Participant]) -> str:
-    holding = [
-        each for each in found if each.study == study and each.state in HOLDING and not each.pilot
-    ]
+    holding = [each for each in found if each.state in HOLDING and not each.pilot]
     balance = Counter(", ".join(each.order) for each in holding)
     counts = "; ".join(f"{number} x {order}" for order, number in sorted(balance.items()))
     return f"{escape(study)}: {counts or 'no slot taken'}"

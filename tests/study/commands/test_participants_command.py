@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from command_line import study
 from study.commands import main
 from study.commands.participants import confirm
-from study.commands.participants_table import participants_table
+from study.commands.participants_table import participants_tables
 from study.commands.resuming import find_boundary
 from study.commands.simulating import simulate_session, simulated_assignments
 from study.enrolment.register import Register
@@ -52,6 +52,17 @@ def test_a_folder_and_a_protocol(folder: Path) -> None:
     assert [(row["pseudonym"], row["state"], row["slot"]) for row in rows] == [
         ("pilot1", "complete", 1)
     ]
+
+
+def test_a_table_for_each_study(folder: Path) -> None:
+    """Each is headed by its study's name alone, so that slot 1 of both can be told apart."""
+    lines = participants(folder).stdout.splitlines()
+    headings = [line.strip() for line in lines]
+    other, pilot = headings.index("other"), headings.index("pilot")
+    assert other < pilot
+    assert any("other1" in line for line in lines[other:pilot])
+    assert not any("pilot1" in line for line in lines[:pilot])
+    assert "pilot: 1 x" not in "".join(lines[:pilot])
 
 
 def test_the_table_uses_the_words_of_the_json(folder: Path) -> None:
@@ -98,7 +109,7 @@ def test_dates_are_not_broken_over_lines(tmp_path: Path, remark: str) -> None:
     seen = set()
     for width in range(60, 141):
         shown = StringIO()
-        Console(file=shown, width=width).print(participants_table(found, width))
+        Console(file=shown, width=width).print(*participants_tables(found, width))
         lines = shown.getvalue().splitlines()
         assert max(map(len, lines)) <= width
         day, minute = found[0].changed_utc[:10], found[0].changed_utc[11:16]
