@@ -221,7 +221,9 @@ def _command(program: str, name: str, callback: Callable[..., Any]) -> str:
         plain, info = typing.get_args(hints[key])[:2]
         required = parameter.default is inspect.Parameter.empty
         if isinstance(info, typer.models.ArgumentInfo):
-            shown = key.upper() + ("..." if typing.get_origin(plain) is list else "")
+            shown = info.metavar or key.upper() + (
+                "..." if typing.get_origin(plain) is list else ""
+            )
             usage.append(shown)
             label = f"`{shown}`"
         else:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import shlex
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -46,7 +47,8 @@ def participants(
         list[str] | None,
         typer.Argument(
             metavar="[ACTION PSEUDONYM] [WHERE]",
-            help="WHERE: folder of recordings, or protocol. ACTION: " + ", ".join(ACTIONS) + ".",
+            help=f"ACTION: {', '.join(ACTIONS)}. PSEUDONYM: of the one it is done with. "
+            "WHERE: folder of recordings, or protocol.",
         ),
     ] = None,
     output: Annotated[
@@ -79,7 +81,7 @@ def participants(
         if not action:
             _show(register.participants(study), as_json=as_json)
             return
-        known = _one(register, study, pseudonym)
+        known = _one(register, study, pseudonym, action)
         if action in _NEED_REASON and not reason.strip():
             raise StudyError(f"{action} needs words", 'Give them with --reason "...", no names.')
         if action == "withdraw":
@@ -92,21 +94,52 @@ def participants(
 
 def _parsed(words: list[str]) -> tuple[str, str, str]:
     """Return action, pseudonym and place; each empty if not given."""
-    if not words or words[0] not in ACTIONS:
+    action = next((word for word in words if word in ACTIONS), "")
+    # A protocol may be called as an action is; alone it is asked for nothing but to be shown.
+    if words and words[0] != action:
+        if action:
+            raise _misplaced(action, [word for word in words if word is not action])
         if len(words) > 1:
             raise StudyError(
                 f'"{words[0]}" is nothing that can be done with participants',
                 f"Known: {', '.join(ACTIONS)}.",
             )
-        return "", "", words[0] if words else ""
+        return "", "", words[0]
+    if not words:
+        return "", "", ""
     if not 2 <= len(words) <= 3:
-        raise StudyError(f"{words[0]} needs one pseudonym", "And then, if need be, the folder.")
+        raise StudyError(
+            f"{action} needs one pseudonym", f"Say: study participants {action} PSEUDONYM [WHERE]"
+        )
     if len(words) == 2 and Path(words[1]).is_dir():
         raise StudyError(
-            f"{words[0]} needs a pseudonym, and {words[1]} is a folder",
-            f"Say: study participants {words[0]} PSEUDONYM {words[1]}",
+            f"{action} needs a pseudonym, and {words[1]} is a folder",
+            f"Say: study participants {action} PSEUDONYM {words[1]}",
         )
-    return words[0], words[1], words[2] if len(words) > 2 else ""
+    if len(words) == 3 and _is_place(words[1]) and not _is_place(words[2]):
+        raise _misplaced(action, words[1:])
+    return action, words[1], words[2] if len(words) > 2 else ""
+
+
+def _misplaced(action: str, others: list[str]) -> StudyError:
+    """Return the refusal of words in another order, which gives the right one."""
+    places = [word for word in others if _is_place(word)]
+    names = [word for word in others if word not in places]
+    right = shlex.join([action, *(names or ["PSEUDONYM"]), *places])
+    return StudyError(
+        "first what is to be done, then with whom, then where", f"Say: study participants {right}"
+    )
+
+
+def _is_place(word: str) -> bool:
+    """Whether a word is a folder or a protocol."""
+    if Path(word).is_dir():
+        return True
+    try:
+        find_protocol(word)
+    except StudyError:
+        return False
+    return True
 
 
 def _place(where: str, output: Path) -> tuple[str, Path]:
@@ -115,17 +148,15 @@ def _place(where: str, output: Path) -> tuple[str, Path]:
         return "", output
     if Path(where).is_dir():
         return "", Path(where)
-    try:
-        find_protocol(where)
-    except StudyError as error:
+    if not _is_place(where):
         raise StudyError(
             f'no folder "{where}", and no protocol of that name',
             "Give the folder of the recordings.",
-        ) from error
+        )
     return load_protocol(where).protocol.study.name, output
 
 
-def _one(register: Register, study: str, pseudonym: str) -> Participant:
+def _one(register: Register, study: str, pseudonym: str, action: str) -> Participant:
     if not PARTICIPANT.fullmatch(pseudonym):
         raise StudyError(f'"{pseudonym[:60]}" is no pseudonym', "Give one such as P01.")
     of_all = register.participants(study)
@@ -135,11 +166,18 @@ def _one(register: Register, study: str, pseudonym: str) -> Participant:
             f'no participant "{pseudonym}" in {register.path}', "`study participants` lists them."
         )
     if len(found) > 1:
+        folder = register.folder
         raise StudyError(
             f'"{pseudonym}" takes part in {" and ".join(each.study for each in found)}',
-            "Say in which study: give its protocol, and the folder with --output.",
+            "Say in which, by its protocol, and give the folder with -o: study participants "
+            + shlex.join([action, found[0].pseudonym, _protocol_of(found), "-o", str(folder)]),
         )
     return found[0]
+
+
+def _protocol_of(found: list[Participant]) -> str:
+    """Return a study that is called as its protocol is; else what stands for one."""
+    return next((each.study for each in found if _is_place(each.study)), "PROTOCOL")
 
 
 def _edit(register: Register, known: Participant, action: str, text: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import subprocess
 from io import StringIO
 from pathlib import Path
@@ -234,6 +235,36 @@ def test_a_forgotten_pseudonym_is_asked_for(folder: Path) -> None:
     done = participants("exclude", folder, "--reason", "fell ill")
     assert done.returncode == 2
     assert "exclude needs a pseudonym" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["pilot", "exclude", "P01"],
+        ["P01", "exclude", "pilot"],
+        ["P01", "pilot", "exclude"],
+        ["exclude", "pilot", "P01"],
+    ],
+    ids=" ".join,
+)
+def test_words_in_another_order(folder: Path, words: list[str]) -> None:
+    """The right order is given, with the words that were."""
+    done = CliRunner().invoke(main.app, ["participants", *words, "-o", str(folder)])
+    assert isinstance(done.exception, StudyError)
+    assert done.exception.hint == "Say: study participants exclude P01 pilot"
+
+
+def test_a_pseudonym_of_two_studies(folder: Path) -> None:
+    """The command that says which is given whole; where no protocol is known, by a word."""
+    with Register(folder) as register:
+        for name in ("pilot", "smoke", "other"):
+            register.reserve(name, ORDERS, pseudonym="P01")
+    done = CliRunner().invoke(main.app, ["participants", "withdraw", "P01", str(folder)])
+    assert isinstance(done.exception, StudyError)
+    assert '"P01" takes part in other and pilot and smoke' in done.exception.message
+    assert done.exception.hint.endswith(
+        f"study participants withdraw P01 pilot -o {shlex.quote(str(folder))}"
+    )
 
 
 def test_a_question_is_answered_or_left(monkeypatch: pytest.MonkeyPatch) -> None:
