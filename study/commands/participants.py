@@ -228,6 +228,7 @@ def _show(found: list[Participant], *, as_json: bool) -> None:
             {
                 **{key: value for key, value in dataclasses.asdict(each).items() if key != "lease"},
                 "state": each.shown_state,
+                "visits": each.sessions,
                 "slot": each.slot if each.state in HOLDING else None,
             }
             for each in found

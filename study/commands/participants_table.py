@@ -15,6 +15,8 @@ _DROPPED = (_CHANGED, "sessions")
 """Columns that a narrow terminal goes without, the first first; --json has them all."""
 _WHOLE = ("pseudonym", _CHANGED)
 """Columns whose cells are never broken over lines."""
+_FOLDED = ("remarks", "order")
+"""Columns whose words are broken if there is no room for them, the first first."""
 _FRAME = 3
 """What a column takes beside its cells; the frame's end is one more."""
 
@@ -37,7 +39,7 @@ def _table(study: str, found: Sequence[Participant], width: int) -> Table:
         "pseudonym": [each.pseudonym for each in found],
         "state": [each.shown_state for each in found],
         "order": [", ".join(each.order) for each in found],
-        "sessions": [str(each.visits) for each in found],
+        "sessions": [str(each.sessions) for each in found],
         _CHANGED: [each.changed_utc.replace("T", " ")[:16] for each in found],
         "remarks": ["; ".join(filter(None, (each.reason, each.note))) for each in found],
     }
@@ -52,9 +54,9 @@ def _table(study: str, found: Sequence[Participant], width: int) -> Table:
         if _width(least) > width:
             del least[name]
     table = Table(title=escape(study), caption=_balance(study, found))
-    for name, needed in least.items():
-        whole = name in _WHOLE
-        table.add_column(name, min_width=needed if whole else None, no_wrap=whole, overflow="fold")
+    natural = {name: max(map(len, (name, *columns[name]))) for name in least}
+    for name, given in _shared(least, natural, width).items():
+        table.add_column(name, width=given, no_wrap=name in _WHOLE, overflow="fold")
     for row in zip(*(columns[name] for name in least), strict=True):
         table.add_row(*map(escape, row))
     return table
@@ -70,6 +72,22 @@ def _least(name: str, cells: Sequence[str]) -> int:
     if name in _WHOLE:
         return max(map(len, (name, *cells)))
     return max(len(word) for cell in (name, *cells) for word in cell.split() or [""])
+
+
+def _shared(least: Mapping[str, int], natural: Mapping[str, int], width: int) -> dict[str, int]:
+    """Return how wide each column is, so that no word is broken wherever that can be had."""
+    widths = dict(least)
+    # Rather than an order, which is a row of names, remarks are broken.
+    for name in _FOLDED:
+        excess = _width(widths) - width
+        if name in widths and excess > 0:
+            widths[name] = max(min(len(name), widths[name]), widths[name] - excess)
+    for _ in range(width - _width(widths)):
+        # To the column that needs most lines, for what is left.
+        name = max(widths, key=lambda name: natural[name] / widths[name])
+        if natural[name] > widths[name]:
+            widths[name] += 1
+    return widths
 
 
 def _width(least: Mapping[str, int]) -> int:

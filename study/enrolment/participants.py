@@ -26,7 +26,7 @@ class Participant:
         slot: place in the plan, from 1; those of pilots are counted apart; 0 if none is held.
         order: conditions in the order run.
         pilot: whether the session is none of the study's own.
-        visits: sessions begun.
+        visits: sessions begun, and the one that a slot is reserved for.
         reason: why dropped or excluded, or what the last session came to.
         note: the experimenter's.
         changed_utc: when the state last changed, ISO 8601.
@@ -51,6 +51,11 @@ class Participant:
     def shown_state(self) -> str:
         """The state in words of the table."""
         return "interrupted" if self.interrupted else self.state
+
+    @property
+    def sessions(self) -> int:
+        """Sessions begun: of one that is reserved nothing is recorded yet."""
+        return self.visits - (self.state == "reserved")
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

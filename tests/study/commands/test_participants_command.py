@@ -127,6 +127,44 @@ def test_dates_are_not_broken_over_lines(tmp_path: Path, remark: str) -> None:
     assert seen == {"time", "day", "none"}
 
 
+@pytest.mark.parametrize("remark", ["", "stopped by the participant"], ids=["bare", "remarks"])
+def test_condition_names_are_not_broken(tmp_path: Path, remark: str) -> None:
+    """However long: at every width that has room for one; the table is never wider than that."""
+    names = ("manual_with_all_tiles_shown", "assisted_by_the_trained_scorer")
+    with Register(tmp_path) as register:
+        register.reserve("pilot", [names], pseudonym="P01")
+        register.start("pilot", "P01")
+        register.finish("pilot", "P01", "dropped" if remark else "complete", remark)
+        found = register.participants()
+    for width in range(76 if remark else 70, 141):
+        shown = StringIO()
+        Console(file=shown, width=width).print(*participants_tables(found, width))
+        rows, _, below = shown.getvalue().partition("pilot: ")
+        assert below
+        assert all(name in rows for name in names)
+        assert max(map(len, rows.splitlines())) <= width
+        if not remark and width >= 130:
+            assert ", ".join(names) in rows
+
+
+def test_a_reserved_slot_is_no_session_yet(tmp_path: Path) -> None:
+    """Neither in the table nor in the JSON; another session that is reserved is not counted."""
+    with Register(tmp_path) as register:
+        register.reserve("pilot", ORDERS, pseudonym="P01")
+        register.reserve("pilot", ORDERS, pseudonym="P02")
+        register.start("pilot", "P02")
+        register.finish("pilot", "P02", "complete")
+        register.reserve("pilot", ORDERS, pseudonym="P02", again=True)
+    rows = json.loads(participants(tmp_path, "--json").stdout)
+    assert {row["pseudonym"]: row["visits"] for row in rows} == {"P01": 0, "P02": 1}
+    cells = [
+        line.split("\N{BOX DRAWINGS LIGHT VERTICAL}")
+        for line in participants(tmp_path).stdout.splitlines()
+        if " P0" in line
+    ]
+    assert {cell[2].strip(): cell[5].strip() for cell in cells} == {"P01": "0", "P02": "1"}
+
+
 def test_marks_and_history(folder: Path) -> None:
     """Each edit says what it led to, and the history has it with its reason."""
     assert "excluded" in participants("exclude", "pilot1", folder, "--reason", "fell  ill").stdout
