@@ -281,11 +281,20 @@ class Enrolled:
             ) from error
         # A recording that went on in another folder is not the register's.
         unlink(paths, _REMOVE)
-        files = len({*erased, *paths})
+        # The recorder names its files from the root, the register from where it was opened.
+        files = sorted({path.resolve() for path in (*erased, *paths)})
         errors.print(
-            f"{self._participant} had all data erased: {files} file{'s' * (files != 1)}. A "
-            f"tombstone is kept: pseudonym and time.\n{BY_HAND}"
+            f"{self._participant} had all data erased: {files_in_words(files)}. A tombstone is "
+            f"kept: pseudonym and time.\n{BY_HAND}"
         )
+
+
+def files_in_words(files: Sequence[Path]) -> str:
+    """Return how many files there are and what they are called, for the terminal."""
+    if not files:
+        return "there was no file"
+    names = escape(", ".join(path.name for path in files))
+    return f"{len(files)} file{'s' * (len(files) != 1)}, {names}"
 
 
 def _warn(error: StudyError) -> None:

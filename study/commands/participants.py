@@ -12,17 +12,16 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from study.commands.enrolling import BY_HAND
+from study.commands.enrolling import BY_HAND, files_in_words
 from study.commands.kept_folder import check_kept
 from study.commands.participants_table import participants_tables
 from study.commands.terminal import console, errors
 from study.enrolment import editing
-from study.enrolment.files import files_of
 from study.enrolment.importing import bring_in_step
 from study.enrolment.participants import HOLDING, Participant
 from study.enrolment.pseudonyms import PARTICIPANT
 from study.enrolment.register import Register
-from study.enrolment.withdrawing import withdraw
+from study.enrolment.withdrawing import to_be_erased, withdraw
 from study.errors import StudyError
 from study.loading import find_protocol, load_protocol
 from study.output_option import folder_wanted
@@ -207,8 +206,7 @@ def _edit(register: Register, known: Participant, action: str, text: str) -> Non
 
 
 def _withdraw(register: Register, known: Participant, *, yes: bool) -> None:
-    files = files_of(register, known.study, known.pseudonym)
-    for path in files:
+    for path in to_be_erased(register, known):
         console.print(f"To be erased: {escape(str(path))}")
     if not yes:
         if not sys.stdin.isatty():
@@ -216,8 +214,8 @@ def _withdraw(register: Register, known: Participant, *, yes: bool) -> None:
         confirm(f"Erase all data of {known.pseudonym} for good?")
     erased = withdraw(register, known.study, known.pseudonym)
     console.print(
-        f"{known.pseudonym} withdrew: {len(erased)} files erased. A tombstone is kept: pseudonym "
-        "and time."
+        f"{known.pseudonym} withdrew, and all data were erased: {files_in_words(erased)}. "
+        "A tombstone is kept: pseudonym and time."
     )
     errors.print(BY_HAND)
 

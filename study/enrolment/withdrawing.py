@@ -11,7 +11,7 @@ from pathlib import Path
 
 from study.enrolment.files import files_of
 from study.enrolment.not_taking_part import count
-from study.enrolment.participants import now_utc
+from study.enrolment.participants import Participant, now_utc
 from study.enrolment.register import Register
 from study.errors import StudyError
 from study.preflight_result import forget_rehearsed
@@ -34,11 +34,7 @@ def withdraw(register: Register, study: str, pseudonym: str) -> list[Path]:
             f'no participant "{pseudonym}" of the study {study} in {register.path}',
             "`study participants` lists them.",
         )
-    register.refuse_if_conducted(known)
-    files = files_of(register, study, known.pseudonym)
-    for path in files:
-        if is_held(path):
-            raise StudyError(f"{path} is being written", "End the session first.")
+    files = to_be_erased(register, known)
     leave_tombstone(register, study, known.pseudonym)
     uncounted: StudyError | None = None
     if known.state != "withdrawn":
@@ -55,6 +51,20 @@ def withdraw(register: Register, study: str, pseudonym: str) -> list[Path]:
         )
     if uncounted is not None:
         raise uncounted
+    return files
+
+
+def to_be_erased(register: Register, known: Participant) -> list[Path]:
+    """Return the files that withdrawing a participant erases.
+
+    Raises:
+        StudyError: a session runs, or a file is being written.
+    """
+    register.refuse_if_conducted(known)
+    files = files_of(register, known.study, known.pseudonym)
+    for path in files:
+        if is_held(path):
+            raise StudyError(f"{path} is being written", "End the session first.")
     return files
 
 

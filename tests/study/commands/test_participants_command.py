@@ -305,6 +305,19 @@ def test_a_pseudonym_of_two_studies(folder: Path) -> None:
     )
 
 
+def test_who_is_in_a_session_is_not_withdrawn(tmp_path: Path) -> None:
+    """Nothing is said to be erased: it is refused before anything else."""
+    with Register(tmp_path) as register:
+        register.reserve("smoke", ORDERS, pseudonym="P01")
+        register.start("smoke", "P01")
+        (tmp_path / "smoke_P01_20261126T022848_c3e0.mcap").write_bytes(b"torn")
+        done = participants("withdraw", "P01", tmp_path, "--yes")
+    assert done.returncode == 2
+    assert "is in a session" in done.stderr
+    assert "To be erased" not in done.stdout + done.stderr
+    assert list(tmp_path.glob("*.mcap"))
+
+
 def test_a_question_is_answered_or_left(monkeypatch: pytest.MonkeyPatch) -> None:
     """No is status 1; Ctrl-C at the question is the same as anywhere."""
     monkeypatch.setattr(typer, "confirm", lambda _: False)

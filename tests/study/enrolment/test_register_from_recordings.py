@@ -182,11 +182,27 @@ def test_erasing_in_a_second_visit_erases_the_first_too(
     record(folder, "P02", ended=COMPLETE)
     with enrolled:
         enrolled.write_back(Finished((now,), "erased"))
-    assert "had all data erased: 2 files" in capsys.readouterr().err
+    assert "had all data erased: 2 files, smoke_P01_" in capsys.readouterr().err
     assert [path.name.split("_")[1] for path in folder.glob("*.mcap")] == ["P02"]
     assert known_in(folder)["P01"].state == "withdrawn"
     assert json.loads((folder / COUNTS).read_text())["smoke"]["erased"] == 1
     assert (folder / COUNTS).stat().st_mode & 0o077 == 0
+
+
+def test_a_file_erased_is_counted_once_and_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where the folder is given from the present one, and the recorder knows all of it."""
+    monkeypatch.chdir(tmp_path)
+    folder = Path("recordings")
+    assign(load_protocol("smoke"), "P01", folder)
+    enrolled = Enrolled(load_protocol("smoke"), "P01", folder)
+    enrolled.begin()
+    asked = SessionEnded(9, complete=False, reason=ERASED)
+    now = record(folder, "P01", ended=asked).absolute()
+    with enrolled:
+        enrolled.write_back(Finished((now,), "erased"))
+    assert f"had all data erased: 1 file, {now.name}. A tombstone" in capsys.readouterr().err
 
 
 def test_erasing_is_finished_where_the_study_was_killed_before(tmp_path: Path) -> None:
@@ -235,7 +251,7 @@ def withdrawn_folder(folder: Path) -> list[str]:
         command.app, ["participants", "withdraw", "P02", str(folder), "--yes"]
     )
     assert done.exit_code == 0, done.output
-    assert "2 files erased" in done.output
+    assert "all data were erased: 2 files, salvaged copy.mcap, smoke_P02_" in done.output
     return sorted(path.name for path in folder.iterdir())
 
 
