@@ -39,6 +39,7 @@ ACTIONS = (
     "withdraw",
 )
 _NEED_REASON = ("exclude", "drop", "note")
+_TAKE_REASON = (*_NEED_REASON, "restore", "mark-pilot", "unmark-pilot")
 
 
 def participants(
@@ -59,7 +60,7 @@ def participants(
             help="Folder of the recordings, for a protocol.",
         ),
     ] = Path("recordings"),
-    reason: Annotated[str, typer.Option(help="Why excluded or dropped; the text of a note.")] = "",
+    reason: Annotated[str, typer.Option(help="Why, for the history; the text of a note.")] = "",
     yes: Annotated[  # noqa: FBT002
         bool, typer.Option("--yes", help="Withdraw without being asked.")
     ] = False,
@@ -71,6 +72,11 @@ def participants(
     from them. `withdraw` erases a participant's data and keeps a tombstone.
     """
     action, pseudonym, where = _parsed(words or [])
+    if reason and action not in _TAKE_REASON:
+        raise StudyError(
+            f"--reason with {action or 'no action'}: there is nowhere to keep it",
+            f"Leave it out, or say it with one of: {', '.join(_TAKE_REASON)}.",
+        )
     study, folder = _place(where, output)
     check_kept(folder)
     with Register(folder) as register:
@@ -186,9 +192,9 @@ def _edit(register: Register, known: Participant, action: str, text: str) -> Non
         case "drop":
             editing.mark(register, known, "dropped", text)
         case "restore":
-            editing.restore(register, known)
+            editing.restore(register, known, text)
         case "mark-pilot" | "unmark-pilot":
-            editing.set_pilot(register, known, pilot=action == "mark-pilot")
+            editing.set_pilot(register, known, text, pilot=action == "mark-pilot")
         case "note":
             editing.note(register, known, text)
             console.print(f"{known.pseudonym}: noted; `study participants history` shows it.")

@@ -38,8 +38,13 @@ def mark(register: Register, known: Participant, state: State, reason: str) -> N
         register.change(now.study, now.pseudonym, state, reason)
 
 
-def restore(register: Register, known: Participant) -> Participant:
+def restore(register: Register, known: Participant, reason: str = "") -> Participant:
     """Take back that somebody was marked; in the old slot, or if that was given out, a free one.
+
+    Args:
+        register: where.
+        known: whom.
+        reason: in words, for the history; never a name.
 
     Raises:
         StudyError: nothing was marked by hand.
@@ -55,13 +60,22 @@ def restore(register: Register, known: Participant) -> Participant:
                 else "",
             )
         # Excluded by the session itself, for its comprehension check: it is over.
-        register.change(now.study, now.pseudonym, before or "dropped", "restored by hand")  # type: ignore[arg-type]
+        told = _with_reason("restored by hand", reason)
+        register.change(now.study, now.pseudonym, before or "dropped", told)  # type: ignore[arg-type]
         _remember(register, now, "")
         return _current(register, known)
 
 
-def set_pilot(register: Register, known: Participant, *, pilot: bool) -> Participant:
+def set_pilot(
+    register: Register, known: Participant, reason: str = "", *, pilot: bool
+) -> Participant:
     """Move a participant among the pilots, or back, with a slot of those.
+
+    Args:
+        register: where.
+        known: whom.
+        reason: in words, for the history; never a name.
+        pilot: whether a pilot.
 
     Raises:
         StudyError: a session runs, the participant withdrew, or it is so already.
@@ -73,7 +87,7 @@ def set_pilot(register: Register, known: Participant, *, pilot: bool) -> Partici
         if now.pilot == pilot:
             raise StudyError(f'participant "{now.pseudonym}" is {word} already')
         register.move(now, pilot=pilot)
-        register.note_history(now.study, now.pseudonym, "marked", word)
+        register.note_history(now.study, now.pseudonym, "marked", _with_reason(word, reason))
         return _current(register, known)
 
 
@@ -90,6 +104,10 @@ def note(register: Register, known: Participant, text: str) -> None:
             (text, now.study, now.pseudonym),
         )
         register.note_history(now.study, now.pseudonym, "noted", text)
+
+
+def _with_reason(what: str, reason: str) -> str:
+    return f"{what}: {reason}" if reason else what
 
 
 def _current(register: Register, known: Participant) -> Participant:

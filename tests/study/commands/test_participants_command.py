@@ -168,16 +168,19 @@ def test_a_reserved_slot_is_no_session_yet(tmp_path: Path) -> None:
 def test_marks_and_history(folder: Path) -> None:
     """Each edit says what it led to, and the history has it with its reason."""
     assert "excluded" in participants("exclude", "pilot1", folder, "--reason", "fell  ill").stdout
-    assert "complete, slot 1" in participants("restore", "pilot1", folder).stdout
+    restored = participants("restore", "pilot1", folder, "--reason", "it was another")
+    assert "complete, slot 1" in restored.stdout
     assert "pilot" in participants("mark-pilot", "pilot1", folder).stdout
+    participants("unmark-pilot", "pilot1", folder, "--reason", "a slip")
     history = participants("history", "pilot1", folder).stdout
     assert [line.split("  ", 1)[1] for line in history.splitlines()] == [
         "reserved: slot 1, order manual,assisted",
         "running",
         "complete",
         "excluded: fell ill",
-        "complete: restored by hand",
+        "complete: restored by hand: it was another",
         "marked: a pilot",
+        "marked: no pilot: a slip",
     ]
 
 
@@ -193,6 +196,9 @@ def test_marks_and_history(folder: Path) -> None:
         (["restore", "pilot1"], "no mark can be taken back"),
         (["withdraw", "pilot1"], "nobody can be asked"),
         (["nowhere.toml"], "nowhere.toml"),
+        (["withdraw", "pilot1", "--yes", "--reason", "x"], "nowhere to keep it"),
+        (["release", "pilot1", "--reason", "x"], "nowhere to keep it"),
+        (["pilot", "--reason", "x"], "--reason with no action"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
