@@ -26,6 +26,16 @@ class StudyError(Exception):
     def __str__(self) -> str:
         return f"{self.message}\n  {self.hint}" if self.hint else self.message
 
+    @property
+    def sentence(self) -> str:
+        """All of it as one sentence without its full stop, to stand within other text."""
+        hint = self.hint
+        # What does not begin as a sentence does, such as a name in capitals, stays as it is.
+        if hint[:1].isupper() and hint[1:2].islower():
+            hint = hint[0].lower() + hint[1:]
+        parts = (" ".join(part.split()).removesuffix(".") for part in (self.message, hint))
+        return "; ".join(filter(None, parts))
+
     def __reduce__(self) -> tuple[object, ...]:
         """Let the error cross from a worker process, whatever its class is made from."""
         return _rebuilt, (type(self), self.args, self.__dict__)

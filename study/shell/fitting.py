@@ -56,7 +56,8 @@ def fit(request: RequestFit, description: TaskDescription) -> FitAnswer:
         if request.kind == "scorer" and not controls and not request.background:
             grid = score_grid(module.load(result.weights, description), description)
     except (StudyError, ValueError, ArithmeticError, MemoryError) as error:
-        return FitAnswer(request, reason=str(error) or type(error).__name__)
+        said = error.sentence if isinstance(error, StudyError) else str(error)
+        return FitAnswer(request, reason=said or type(error).__name__)
     return FitAnswer(
         request,
         weights=result.weights,
@@ -178,7 +179,7 @@ class ProcessFitter:
         try:
             answer: Any = self._worker.poll(seconds)
         except StudyError as error:
-            answer = FitAnswer(pending, reason=str(error))
+            answer = FitAnswer(pending, reason=error.sentence)
             self._respawn()
         if answer is None and time.monotonic() > self._deadline:
             answer = FitAnswer(pending, timed_out=True)

@@ -23,6 +23,24 @@ def test_hint_stands_on_a_line_of_its_own() -> None:
     assert str(ERRORS[1]) == "no disk"
 
 
+@pytest.mark.parametrize(
+    ("error", "sentence"),
+    [
+        (StudyError("no disk", "Insert one."), "no disk; insert one"),
+        (StudyError("no disk."), "no disk"),
+        (StudyError("no disk", "CD or DVD"), "no disk; CD or DVD"),
+        (
+            ProtocolError("x.toml", ["a: 1 given", "b: missing"]),
+            "x.toml: 2 problems a: 1 given b: missing",
+        ),
+    ],
+    ids=["hint", "bare", "capitals", "lines"],
+)
+def test_an_error_within_other_text(error: StudyError, sentence: str) -> None:
+    """On one line, without the full stop of whoever goes on."""
+    assert error.sentence == sentence
+
+
 def test_protocol_error_counts_its_problems() -> None:
     """One line a problem, under the file's name and their number."""
     assert str(ERRORS[2]).splitlines() == ["x.toml: 2 problems", "  a: 1 given", "  b: missing"]

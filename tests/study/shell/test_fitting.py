@@ -60,6 +60,9 @@ def test_fit_without_data_says_why(kind: str) -> None:
     empty = demonstrations([], 4).arrays() if kind == "policy" else choice_sets([], 3, 4).arrays()
     answer = fit(request(kind, arrays=empty), description())
     assert answer.reason
+    # It stands within a sentence: of the terminal, the console, the table of deviations.
+    assert "\n" not in answer.reason
+    assert not answer.reason.endswith(".")
     assert not answer.timed_out
     assert answer.weights == b""
 
