@@ -11,11 +11,12 @@ from typing import Literal
 from rich.markup import escape
 
 from study.commands.composing import Assignment, parse_order, seed_from
+from study.commands.given import refuse_new_name
 from study.commands.resuming import Boundary
 from study.commands.terminal import errors
 from study.enrolment.importing import NOT_UNDERSTOOD, bring_in_step
 from study.enrolment.participants import HOLDING, Participant
-from study.enrolment.pseudonyms import check_participant, refuse_name
+from study.enrolment.pseudonyms import check_participant
 from study.enrolment.register import Register
 from study.enrolment.withdrawing import unlink, withdraw
 from study.errors import StudyError
@@ -63,7 +64,7 @@ def assign(
     with Register(folder) as register:
         bring_in_step(register)
         if participant:
-            _refuse_new_name(register, loaded, participant)
+            refuse_new_name(register, loaded, participant)
         orders = possible_orders(conditions, loaded.protocol.phase_three.order)
         # Asked for only where it is to be told that another one was set.
         planned = chosen and register.expected_order(
@@ -86,12 +87,6 @@ def assign(
         pilot=reserved.pilot,
         remark=_by_hand(reserved.order, planned) if chosen else "",
     )
-
-
-def _refuse_new_name(register: Register, loaded: LoadedProtocol, participant: str) -> None:
-    """Refuse what looks like a name; who took part before under such an id still can."""
-    if register.find(loaded.protocol.study.name, participant) is None:
-        refuse_name(participant)
 
 
 def _by_hand(order: Sequence[str], planned: Sequence[str]) -> str:
@@ -119,7 +114,7 @@ def foreseen(
     conditions = [condition.name for condition in loaded.protocol.conditions]
     with Register(folder) as register:
         bring_in_step(register)
-        _refuse_new_name(register, loaded, participant)
+        refuse_new_name(register, loaded, participant)
         order = register.expected_order(
             loaded.protocol.study.name,
             possible_orders(conditions, loaded.protocol.phase_three.order),

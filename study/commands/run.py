@@ -82,6 +82,7 @@ def run(
 ) -> None:
     """Run one session with a person at the keyboard, in a window."""
     from study.commands import enrolling  # noqa: PLC0415 - slow to import
+    from study.commands.given import check_given  # noqa: PLC0415
     from study.commands.resuming import find_boundary  # noqa: PLC0415
     from study.commands.running import (  # noqa: PLC0415 - pygame is slow to import
         Seat,
@@ -107,7 +108,6 @@ def run(
     check_ui_scale(ui_scale)
     # An empty id is a slip, as of a variable that was never set: no pseudonym is drawn for it.
     participant = "" if given is None else check_participant(given)
-    before = preflight_before(output, loaded.sha256, override_preflight, participant)
     recorded = recorded_weights(loaded, parse_overrides(scorer or []))
     if resume:
         if again or order or seed is not None or pilot:
@@ -116,6 +116,10 @@ def run(
                 "Leave out --again, --order, --seed and --pilot.",
             )
         check_kept(output)
+    else:
+        check_given(loaded, participant, order, output)
+    # A red preflight is no answer to somebody who made a slip.
+    before = preflight_before(output, loaded.sha256, override_preflight, participant)
     check_live(loaded.protocol.task.name, loaded.protocol.task.parameters)
     tell_space(loaded, output, recorded)
     # All that can be refused is refused by now, or by the live view: nobody has a slot for nothing.

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 
 from command_line import study
 from protocols import variant
+from study.commands.given import check_given
 from study.commands.recorded_scorers import recorded_weights
 from study.commands.simulating import simulate_session, simulated_assignments
+from study.enrolment.register import Register
 from study.errors import StudyError
 from study.loading import load_protocol
+from study.preflight_result import Check, Preflight, keep_preflight
 
 OWN_SCORER = (
     'name = "luce"\nfit_budget_seconds = 30.0\n\n'
@@ -89,3 +93,42 @@ def test_other_arguments_are_looked_at_before_a_slot_is_taken(
     assert done.returncode == 2
     assert "Participant" not in done.stdout
     assert not folder.exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["-p", "Jane"], "looks like a name"),
+        (["-p", "P 01"], "P 01"),
+        (["--order", "manual"], "is no order of these conditions"),
+        (["--resume", "--order", "manual"], "--resume keeps"),
+        (["--scorer", "luce"], "NAME=PATH"),
+        ([], "is red"),
+    ],
+    ids=" ".join,
+)
+def test_a_slip_is_told_before_a_red_preflight(
+    tmp_path: Path, words: list[str], message: str
+) -> None:
+    """Who mends the computer first would learn only then of the mistake; no register is made."""
+    utc = datetime.now(UTC).isoformat(timespec="seconds")
+    red = Check(name="disk", state="red", found="full", wanted="room")
+    keep_preflight(
+        tmp_path,
+        Preflight(utc=utc, host="h", protocol="p", protocol_sha256="0", seconds=1.0, checks=(red,)),
+    )
+    done = study("run", "smoke", "-o", tmp_path, *words)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert (" is red" in done.stderr) == (not words)
+    assert [path.name for path in tmp_path.iterdir()] == ["preflight.json"]
+
+
+def test_who_took_part_under_a_name_still_can(tmp_path: Path) -> None:
+    """Such an id is in every file already."""
+    loaded = load_protocol("smoke")
+    with Register(tmp_path) as register:
+        register.reserve("smoke", [("manual", "assisted")], pseudonym="Jane")
+    check_given(loaded, "Jane", "", tmp_path)
+    with pytest.raises(StudyError, match="looks like a name"):
+        check_given(loaded, "Janet", "", tmp_path)
