@@ -53,8 +53,12 @@ def shipped_protocols() -> Path:
     return installed if installed.is_dir() else here.parent / "protocols"
 
 
-def find_protocol(given: str) -> Path:
+def find_protocol(given: str, table: str = "") -> Path:
     """Return the file that a user means: a path, or the name of a shipped protocol.
+
+    Args:
+        given: by the user.
+        table: the shipped ones offered instead have it: "study", or "experiment"; empty for all.
 
     Raises:
         StudyError: neither exists.
@@ -66,7 +70,11 @@ def find_protocol(given: str) -> Path:
     name = path.name if path.suffix == ".toml" else f"{path.name}.toml"
     if (path.parent == Path() or path.parent.name == "protocols") and (shipped / name).is_file():
         return shipped / name
-    known = sorted(file.stem for file in shipped.glob("*.toml"))
+    known = sorted(
+        file.stem
+        for file in shipped.glob("*.toml")
+        if not table or table in parse_toml(read_text(file), file.name)
+    )
     hint = f"Give the path of a TOML file, or one of: {', '.join(known)}."
     if path.is_dir() and given:
         raise StudyError(f"{given} is a folder; a protocol is a file", hint)
@@ -82,7 +90,7 @@ def load_protocol(given: str) -> LoadedProtocol:
         StudyError: there is no such file.
         ProtocolError: one message a problem.
     """
-    path = find_protocol(given)
+    path = find_protocol(given, "study")
     text = read_text(path)
     examined = examine(parse_toml(text, str(path)), str(path))
     problems = list(examined.problems)
@@ -143,11 +151,11 @@ def _questionnaires(given: object, folder: Path, problems: list[str]) -> dict[st
         try:
             found[name] = load_questionnaire(name, folder)
         except UnknownNameError as error:
-            problems.append(f"questionnaires.{index}.name: {error.message}; {error.hint}")
+            problems.append(f"questionnaires.{index}.name: {error.sentence}")
         except ProtocolError as error:
             problems += [f"{error.source}: {problem}" for problem in error.problems]
         except StudyError as error:
-            problems.append("; ".join(filter(None, (error.message, error.hint))))
+            problems.append(error.sentence)
     return found
 
 

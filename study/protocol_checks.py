@@ -84,7 +84,7 @@ def check_member(
     try:
         module = load_member(package, family, name)
     except StudyError as error:
-        problems.append(f"{path}.name: {error.message}; {error.hint}")
+        problems.append(f"{path}.name: {error.sentence}")
         return None
     if not isinstance(parameters, dict):
         return None
@@ -97,7 +97,7 @@ def check_member(
     try:
         found = checked(module.Parameters, parameters, f"{path}.parameters")
     except StudyError as error:
-        problems.append(f"{path}.parameters: {error.message}; {error.hint}")
+        problems.append(f"{path}.parameters: {error.sentence}")
         return None
     problems += found.problems
     return Member(module, found.seen, right=found.made is not None)
@@ -115,7 +115,7 @@ def _check_task(examined: Examined, task: Member, problems: list[str]) -> TaskDe
         problems += error.problems
         return None
     except StudyError as error:
-        problems.append(f"task: {error.message}; {error.hint}")
+        problems.append(f"task: {error.sentence}")
         return None
     problems += broken([_keys_free, _pictures_taken], examined.seen, description)
     return description

@@ -7,7 +7,7 @@ import difflib
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, Generic, TypeVar, get_args
+from typing import Any, Generic, Literal, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
@@ -158,7 +158,7 @@ def validation_problems(
             yield f"{lead}unknown key; {hint}allowed here: {', '.join(allowed) or 'none'}"
         elif kind == "missing":
             if item["loc"] not in misspelt:
-                yield f"{lead}missing; it has to be stated"
+                yield f"{lead}missing; {_to_write(model, location)}"
         elif kind == "value_error":
             yield from (_said(path, line) for line in str(item["ctx"]["error"]).splitlines())
         elif kind == "string_pattern_mismatch":
@@ -179,9 +179,23 @@ def validation_problems(
             yield f"{lead}{_shown(given)} given; allowed: {_quoted(item['ctx']['expected'])}{hint}"
         elif kind in _EXPECTED:
             words = _EXPECTED[kind].format(**_whole(item.get("ctx", {})))
+            words = re.sub("^1 (character|entr)(s|ies) ", _of_one, words)
             yield f"{lead}{_shown(given)} given; allowed: {words}"
         else:
             yield f"{lead}{_shown(given)} given; {item['msg'][0].lower()}{item['msg'][1:]}"
+
+
+def _of_one(found: re.Match[str]) -> str:
+    return "1 entry " if found[1] == "entr" else f"1 {found[1]} "
+
+
+def _to_write(model: type[BaseModel], location: list[int | str]) -> str:
+    """Say what to write where a setting is missing: the value, if only one can be."""
+    field = _model_at(model, location[:-1]).model_fields.get(str(location[-1]))
+    values = get_args(field.annotation) if field and get_origin(field.annotation) is Literal else ()
+    if len(values) != 1:
+        return "it has to be stated"
+    return f"write {location[-1]} = {_shown(values[0])}"
 
 
 def _meant(details: list[Any], model: type[BaseModel]) -> Iterator[tuple[int | str, ...]]:
@@ -263,13 +277,18 @@ def _quoted(choices: str) -> str:
 
 def _keys_at(model: type[BaseModel], location: list[Any]) -> list[str]:
     """The keys allowed at a place in the model."""
+    return sorted(_model_at(model, location).model_fields)
+
+
+def _model_at(model: type[BaseModel], location: list[Any]) -> type[BaseModel]:
+    """The model of the table at a place in a model."""
     here = model
     for part in location:
         field = here.model_fields.get(str(part))
         # Names of table entries and places in lists are no fields: the model stays.
         if field is not None:
             here = _model_in(field.annotation) or here
-    return sorted(here.model_fields)
+    return here
 
 
 def _model_in(annotation: Any) -> type[BaseModel] | None:  # noqa: ANN401 - a type form

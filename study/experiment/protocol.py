@@ -232,7 +232,7 @@ def load_experiment(given: str) -> LoadedExperiment:
         StudyError: there is no such file.
         ProtocolError: one message a problem.
     """
-    path = find_protocol(given)
+    path = find_protocol(given, "experiment")
     text = read_text(path)
     protocol = parse_experiment(text, str(path))
     return LoadedExperiment(path, text, hashlib.sha256(text.encode()).hexdigest(), protocol)

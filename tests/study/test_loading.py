@@ -10,6 +10,7 @@ import pytest
 
 from protocols import ROOT, variant
 from study.errors import ProtocolError, StudyError
+from study.experiment.protocol import load_experiment
 from study.loading import MAX_BYTES, find_protocol, load_protocol, shipped_protocols
 
 
@@ -35,6 +36,19 @@ def test_missing_file_lists_the_shipped_ones(given: str) -> None:
     with pytest.raises(StudyError) as caught:
         find_protocol(given)
     assert "pilot, scaled_autonomy, simulation, smoke" in str(caught.value)
+
+
+def test_what_cannot_be_run_is_not_offered() -> None:
+    """An experiment is no protocol of a session, nor the other way round."""
+    with pytest.raises(StudyError) as caught:
+        load_protocol("nowhere")
+    assert "scaled_autonomy, smoke." in caught.value.hint
+    with pytest.raises(StudyError) as caught:
+        load_experiment("nowhere")
+    assert caught.value.hint.endswith("one of: simulation.")
+    with pytest.raises(StudyError) as caught:
+        load_protocol("simulatio")
+    assert "Did you mean" not in caught.value.hint
 
 
 def test_a_mistyped_name_is_guessed(tmp_path: Path) -> None:

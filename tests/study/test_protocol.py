@@ -29,6 +29,15 @@ WRONG: dict[str, tuple[list[tuple[str, str]], list[list[str]]]] = {
         [["timming:", "unknown key", 'did you mean "timing"?']],
     ),
     "missing key": ([("episodes = 2\n", "")], [["phase_one.episodes:", "missing"]]),
+    "missing format": ([("format = 1\n", "")], [["format: missing; write format = 1"]]),
+    "empty text": (
+        [('title = "Smoke test: every stage, shortened"', 'title = ""')],
+        [["study.title:", "allowed: 1 character or more"]],
+    ),
+    "empty list": (
+        [('when = ["before_reveal", "after_reveal"]', "when = []")],
+        [["questionnaires.ease_and_success.when:", "allowed: 1 entry or more"]],
+    ),
     "word for a number": (
         [("episodes = 2", 'episodes = "many"')],
         [["phase_one.episodes:", '"many" given', "a whole number"]],
@@ -57,11 +66,11 @@ WRONG: dict[str, tuple[list[tuple[str, str]], list[list[str]]]] = {
     ),
     "unknown task": (
         [('name = "navigation"', 'name = "navigaton"')],
-        [["task.name:", '"navigaton"', 'Did you mean "navigation"?', "erratic"]],
+        [["task.name:", '"navigaton"', 'did you mean "navigation"?', "erratic"]],
     ),
     "unknown policy": (
         [('name = "nearest_neighbor"', 'name = "nearest_neighbour"')],
-        [["policy.name:", 'Did you mean "nearest_neighbor"?']],
+        [["policy.name:", 'did you mean "nearest_neighbor"?']],
     ),
     "policy that cannot learn": (
         [
@@ -72,7 +81,7 @@ WRONG: dict[str, tuple[list[tuple[str, str]], list[list[str]]]] = {
     ),
     "unknown scorer": (
         [('[scorers.luce]\nname = "luce"', '[scorers.luce]\nname = "luse"')],
-        [["scorers.luce.name:", '"luse"', 'Did you mean "luce"?', "classifier"]],
+        [["scorers.luce.name:", '"luse"', 'did you mean "luce"?', "classifier"]],
     ),
     "scorer of no table": (
         [('scorer = "luce"', 'scorer = "luze"')],
@@ -80,11 +89,11 @@ WRONG: dict[str, tuple[list[tuple[str, str]], list[list[str]]]] = {
     ),
     "unknown questionnaire": (
         [('name = "ease_and_success"', 'name = "ease_and_sucess"')],
-        [["questionnaires.1.name:", 'Did you mean "ease_and_success"?']],
+        [["questionnaires.1.name:", 'did you mean "ease_and_success"?']],
     ),
     "unknown layout": (
         [('layout = "three_rooms"', 'layout = "three_room"')],
-        [["task.parameters.layout:", '"three_room"', 'Did you mean "three_rooms"?']],
+        [["task.parameters.layout:", '"three_room"', 'did you mean "three_rooms"?']],
     ),
     "task parameter": (
         [("horizon = 20", "horizon = 0")],
