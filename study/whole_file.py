@@ -21,11 +21,16 @@ def replace_text(path: Path, text: str, *, private: bool = False) -> None:
     part.unlink(missing_ok=True)
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL
     descriptor = os.open(part, flags, 0o600 if private else 0o666)
-    with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as stream:
-        stream.write(text)
-        stream.flush()
-        os.fsync(stream.fileno())
-    os.replace(part, path)  # noqa: PTH105 - Path.replace reads as a change of text
+    try:
+        with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as stream:
+            stream.write(text)
+            stream.flush()
+            os.fsync(stream.fileno())
+        os.replace(part, path)  # noqa: PTH105 - Path.replace reads as a change of text
+    except BaseException:
+        # As where the disk is full: nobody would find a hidden file of half a text.
+        part.unlink(missing_ok=True)
+        raise
 
 
 def part_of(path: Path) -> Path:

@@ -148,6 +148,11 @@ def _checks(
     yield machine.disk_space(folder, rehearsal.bytes)
     yield machine.write_latency(folder)
     yield clocks.check()
+    both = (protocol.keys.up, protocol.keys.left)
+    if with_keys:
+        # Whoever looks at the terminal now would let the time for it go by.
+        errors.print(f"A window opens. When it asks for [bold]{escape(' and '.join(both))}[/], "
+                     f"hold both down at once: it waits {keys.PATIENCE_S:g} s.")  # fmt: skip
     measured = display.refresh_rate(seat.size, fullscreen=seat.fullscreen)
     try:
         window = seat.open_window(protocol.study)
@@ -161,7 +166,7 @@ def _checks(
         if rehearsal.fleet is not None:
             yield display.punctuality(window, rehearsal.fleet, protocol.timing.timesteps_per_second)
         if with_keys:
-            yield keys.keyboard(window, (protocol.keys.up, protocol.keys.left))
+            yield keys.keyboard(window, both)
         else:
             yield Check(name=keys.NAME, state="amber", found="not tried (--no-keys)",
                         wanted="two keys held down at once",
@@ -220,7 +225,10 @@ def preflight_before(
 
 def _table(found: Preflight) -> Table:
     title = f"Preflight, {found.seconds:.0f} s: {found.state}"
-    table = Table("", "Check", "Found", "What to do", title=title, title_justify="left")
+    table = Table(title=title, title_justify="left")
+    for heading in ("", "Check", "Found", "What to do"):
+        # A path that is cut off helps nobody.
+        table.add_column(heading, overflow="fold")
     for check in found.checks:
         advice = f"{check.advice} Wanted: {check.wanted}." if check.advice else ""
         table.add_row(
