@@ -14,6 +14,7 @@ import numpy.typing as npt
 from analysis.damaged import KnownTrials, broken_trials, unknown_trials
 from analysis.left_out import LeftOut, SetAside
 from analysis.planned_orders import PlannedOrders
+from analysis.several_protocols import how_to_choose, protocols_in_words
 from analysis.source import RecordingSource
 from study.errors import ProtocolError, RecordingError, StudyError
 from study.events.events import SessionEnded, TrialEnded, TrialStarted
@@ -257,10 +258,11 @@ def choose_sessions(
     """
     hashes = {session.opened.protocol_sha256 for session in sessions}
     if len(hashes) > 1 and not pool:
+        by_protocol = _files_by_protocol(sessions)
         raise StudyError(
             f"these recordings follow {len(hashes)} different protocols:\n"
-            + _protocol_lines(sessions),
-            "Give the recordings of one protocol, or pool them on purpose with --pool-protocols.",
+            + protocols_in_words(by_protocol),
+            how_to_choose(by_protocol),
         )
     kinds = {session.opened.operator_kind for session in sessions}
     if len(kinds) > 1 and not pool:
@@ -320,12 +322,11 @@ def _kind_in_words(kind: str) -> str:
     return "simulated participants" if kind == "simulated" else "persons"
 
 
-def _protocol_lines(sessions: Sequence[Session]) -> str:
-    files: dict[str, list[str]] = {}
+def _files_by_protocol(sessions: Sequence[Session]) -> dict[tuple[str, str], list[Path]]:
+    """Return the first file of each session, by its protocol's SHA-256 and its study's name."""
+    files: dict[tuple[str, str], list[Path]] = {}
     for session in sessions:
-        files.setdefault(session.opened.protocol_sha256, []).append(session.file)
-    return "\n".join(
-        f"  {digest[:12]}: {', '.join(names[:3])}"
-        + (f" and {len(names) - 3} more" if len(names) > 3 else "")
-        for digest, names in sorted(files.items())
-    )
+        study = session.protocol.get("study", {}).get("name", "")
+        path = session.parts[0].path if session.parts else Path(session.file)
+        files.setdefault((session.opened.protocol_sha256, study), []).append(path)
+    return files

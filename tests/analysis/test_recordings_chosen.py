@@ -78,6 +78,29 @@ def test_different_protocols_are_pooled_only_on_request(tmp_path: Path) -> None:
     assert len(load_recordings([tmp_path], pool=True).sessions) == 2
 
 
+def test_where_each_protocol_is_and_how_to_choose_are_told(tmp_path: Path) -> None:
+    """The demo lies in a folder of the default one: it is seen, and the rest can be named."""
+    inner = tmp_path / "demo"
+    inner.mkdir()
+    for number in range(4):
+        made = write_session(tmp_path, small(f"P{number}", number))
+        made.rename(tmp_path / f"synthetic_P{number}.mcap")
+    write_session(inner, small("S01", 9, title="Another study"))
+    with pytest.raises(StudyError, match="2 different protocols") as caught:
+        load_recordings([tmp_path])
+    study = load_recordings([inner]).first.protocol["study"]["name"]
+    lines = sorted(line.split(": ", 1)[1] for line in caught.value.message.splitlines()[1:])
+    assert lines == [
+        f'1 session of "{study}" in {inner}: session_09.mcap',
+        f'4 sessions of "{study}" in {tmp_path}: synthetic_P0.mcap, synthetic_P1.mcap and 2 more',
+    ]
+    (pattern,) = [word for word in caught.value.hint.split() if "*" in word]
+    assert study == "synthetic"
+    assert pattern == f"{tmp_path}/synthetic_*.mcap;"
+    found = load_recordings(sorted(tmp_path.glob("synthetic_*.mcap")))
+    assert len(found.sessions) == 4
+
+
 def test_the_complete_session_of_a_participant_is_chosen(tmp_path: Path) -> None:
     """Of two sessions of one participant the complete one is analysed, the other is named."""
     write_session(tmp_path, small("A", 0, stop_after=5))
