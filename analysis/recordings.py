@@ -14,6 +14,7 @@ import numpy.typing as npt
 from analysis.damaged import KnownTrials, broken_trials, unknown_trials
 from analysis.left_out import LeftOut, SetAside
 from analysis.planned_orders import PlannedOrders
+from analysis.salvaged_copies import without_copies
 from analysis.several_protocols import how_to_choose, protocols_in_words
 from analysis.source import RecordingSource
 from study.errors import ProtocolError, RecordingError, StudyError
@@ -169,6 +170,8 @@ def load_recordings(paths: Sequence[Path], *, pool: bool = False) -> StudyRecord
         except RecordingError as error:
             leave_out(path, error)
     register, plan = LeftOut(), PlannedOrders()
+    recordings, copies = without_copies(recordings)
+    set_aside += copies
     for joined in join_parts(recordings):
         try:
             session = open_session(joined.path.name, joined)

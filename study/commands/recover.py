@@ -9,6 +9,7 @@ import typer
 from rich.markup import escape
 
 from study.commands.terminal import console, errors
+from study.recording.parts import SALVAGED
 
 _SOMETHING_LOST = 3
 
@@ -50,4 +51,4 @@ def recover(
 def salvaged_path(file: Path) -> Path:
     """Return the default name of the file salvaged from another."""
     name = file.name.removesuffix(".part").removesuffix(".mcap")
-    return file.with_name(f"{name}_salvaged.mcap")
+    return file.with_name(f"{name}{SALVAGED}.mcap")

@@ -27,7 +27,10 @@ from study.recording.identity import PART
 from study.recording.losses import Loss
 from study.recording.reader import RawRecord, Recording, read_recording
 
-_FILE_NAME = re.compile(r"(?P<name>.+?)(?:_part(?P<part>[1-9][0-9]{0,5}))?\.mcap(?P<open>\.part)?")
+SALVAGED = "_salvaged"
+_FILE_NAME = re.compile(
+    rf"(?P<name>.+?)(?:_part(?P<part>[1-9][0-9]{{0,5}}))?(?P<copy>{SALVAGED})?\.mcap(\.part)?"
+)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -231,12 +234,13 @@ def part_files(path: Path) -> list[Path]:
     """Return the parts of a recording that lie in its folder, in order, itself among them.
 
     They are told by their names: ``NAME.mcap``, ``NAME_part2.mcap``, ...; each may still end in
-    ``.part``. A file that has just got its final name is listed by that alone.
+    ``.part``. A file that has just got its final name is listed by that alone. A salvaged copy,
+    ``NAME_part2_salvaged.mcap``, is listed where it is given or its original is not there.
     """
     name = _FILE_NAME.fullmatch(path.name)
     if name is None:
         return [path]
-    found: dict[int, Path] = {}
+    found = {int(name["part"] or 1): path} if name["copy"] else {}
     for other in sorted(path.parent.glob("*.mcap*")):
         match = _FILE_NAME.fullmatch(other.name)
         if match and match["name"] == name["name"]:
@@ -264,12 +268,8 @@ def part_number(recording: Recording) -> int:
 def join_parts(recordings: Iterable[Recording]) -> list[SessionRecording]:
     """Join the parts of each session.
 
-    Args:
-        recordings: in any order. A second file of the same part of a session is a copy: it makes
-            a session of its own, so that nothing is taken twice.
-
-    Returns:
-        One for each session, in the order of their first files.
+    A second file of the same part of a session is a copy: it makes a session of its own, so that
+    nothing is taken twice. They come in the order of their first files.
     """
     groups: dict[tuple[str, int], dict[int, Recording]] = {}
     for place, recording in enumerate(recordings):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,12 @@ from analysis.recordings import Session, load_recordings, timestep_blocks
 from analysis.results import compute_results
 from analysis.sections.quality import flags
 from analysis.tables.study_tables import StudyTables
+from cut_sessions import whole_session, write_part
+from study.commands.recover import salvaged_path
+from study.recording.parts import base_name
 from study.recording.reader import read_recording
+from study.recording.salvage import salvage
+from study.verification import verify
 from synthetic_study import Plan, write_session
 
 
@@ -60,3 +66,38 @@ def test_the_report_lists_the_losses(damaged: Path) -> None:
     assert any("are missing (" in text for text in texts)
     assert any(flag.kind == "Lost records" for flag in found)
     assert not any(flag.kind in ("File", "Lost records") for flag in found if flag.session == "P02")
+
+
+@pytest.fixture(scope="module")
+def in_parts(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """A whole session in two parts."""
+    folder = tmp_path_factory.mktemp("parts")
+    whole = whole_session(tmp_path_factory.mktemp("whole"))
+    records = [raw for raw in read_recording(whole).raw() if raw.sequence]
+    first = write_part(folder, records[: len(records) // 2])
+    return first, write_part(folder, records[len(records) // 2 :], base_name(first), 2)
+
+
+@pytest.mark.parametrize(("salvaged", "torn"), [(0, False), (1, False), (1, True)])
+def test_a_salvaged_copy_of_a_part_is_no_problem(
+    in_parts: tuple[Path, Path], tmp_path: Path, salvaged: int, *, torn: bool
+) -> None:
+    """Beside its original one of the two is analysed, the whole one; in its place it is."""
+    paths = [Path(shutil.copy(path, tmp_path)) for path in in_parts]
+    original = paths[salvaged]
+    if torn:
+        original.write_bytes(original.read_bytes()[:-40])
+    copy = salvage(original, salvaged_path(original)).path
+    for _ in range(2):
+        found = load_recordings([tmp_path])
+        assert found.unreadable == 0
+        (session,) = found.sessions
+        assert session.complete
+        assert len(session.parts) == 2
+        assert (copy in [part.path for part in session.parts]) == (torn or not original.exists())
+        assert verify(paths[1 - salvaged]).matches
+        if original.exists():
+            (aside,) = found.set_aside
+            assert aside.file == (original if torn else copy).name
+            assert "Left out: " in str(aside)
+            original.unlink()

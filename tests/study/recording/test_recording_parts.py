@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from event_books import check_books
 from fake_shell import FakeShell, Moods
 from short_study import opened, short_study
+from study.commands.recover import salvaged_path
 from study.commands.resuming import find_end, restore
 from study.events.events import Deviation, StageEntered, TrialEnded, TrialStarted
 from study.events.fields import Record
@@ -34,6 +35,7 @@ from study.recording.parts import (
     read_sessions,
 )
 from study.recording.reader import RawRecord
+from study.recording.salvage import salvage
 from study.recording.wire import decode, encode
 from study.session.session import Session
 from study.verification import verify_recording
@@ -318,8 +320,23 @@ def test_unfinished_parts_are_found_too(folder: Path) -> None:
     assert part_files(folder / "notes.txt") == [folder / "notes.txt"]
 
 
+def test_salvaged_copies_stand_for_parts_that_are_not_there(folder: Path) -> None:
+    """Beside its original a copy is taken only where it is given itself."""
+    for name in ("one", "one_part2"):
+        salvage(folder / f"{name}.mcap", salvaged_path(folder / f"{name}.mcap"))
+
+    def parts(name: str) -> list[str]:
+        return [part.path.name for part in read_session(folder / name).parts]
+
+    assert parts("one.mcap") == ["one.mcap", "one_part2.mcap"]
+    assert parts("one_part2_salvaged.mcap") == ["one.mcap", "one_part2_salvaged.mcap"]
+    (folder / "one.mcap").unlink()
+    assert parts("one_part2.mcap") == ["one_salvaged.mcap", "one_part2.mcap"]
+    assert not read_session(folder / "one_part2.mcap").without_first
+
+
 def test_names_of_parts() -> None:
     """Part 1 has the recording's name, later ones their number; the way back is the same."""
     for part in (1, 2, 12):
-        for suffix in (".mcap", ".mcap.part"):
+        for suffix in (".mcap", ".mcap.part", "_salvaged.mcap"):
             assert base_name(Path(part_name("x_P01", part) + suffix)) == "x_P01"
