@@ -148,7 +148,7 @@ def resolve(name: str, env_id: str, settings_json: str) -> Resolved:
         except StudyError as error:
             wrong.append(error)
         if wrong[1:]:
-            problems = [f"{error.message}; {error.hint}" for error in wrong]
+            problems = [f"{error.sentence}" for error in wrong]
             raise ProtocolError(env_id, problems)
         if wrong or termination is None:
             raise wrong[0]

@@ -56,7 +56,7 @@ class Parameters(Part):
         try:
             named_layout(self.layout)
         except UnknownNameError as error:
-            yield f"layout: {error.message}; {error.hint}"
+            yield f"layout: {error.sentence}"
 
     def _no_wall_jumped(self) -> Iterator[str]:
         if any(self._layout_there()):
