@@ -7,6 +7,7 @@ import pygame
 from study.events.scene import Scene
 from study.shell.drawing import maps, palette
 from study.shell.drawing.canvas import Canvas
+from study.shell.drawing.clips import clipped
 from study.shell.drawing.grid import TilePlace
 from study.shell.drawing.motion import Pose
 from study.shell.drawing.robots import draw_robot
@@ -52,8 +53,6 @@ def draw(
     # Whole pixels, as in `looks.Body`: it is drawn where its tile is said to show it.
     x, y = map(round, view.robot_point(pose.x, pose.y, driven=driven))
     label = str(robot + 1) if place.single else ""
-    canvas.surface.set_clip(drawn)
-    with canvas.moving():
+    with clipped(canvas.surface, drawn), canvas.moving():
         draw_robot(canvas, x, y, view.robot_radius, pose.heading, driven=driven, label=label)
-    canvas.surface.set_clip(None)
     return edged

@@ -7,8 +7,9 @@ import dataclasses
 import pygame
 
 from study.events.scene import Scene
-from study.shell.drawing import cues, frames, inset, maps, marks, palette, plate
+from study.shell.drawing import cues, frames, inset, landing, maps, marks, palette, plate
 from study.shell.drawing.canvas import Canvas
+from study.shell.drawing.clips import clipped
 from study.shell.drawing.looks import Body, Looks, TileView, has_picture, looks_of
 from study.shell.drawing.pictures import draw_picture
 from study.shell.drawing.robots import DRIVEN_SCALE, HALO, draw_robot
@@ -84,8 +85,12 @@ def draw_tile(canvas: Canvas, scene: Scene, shown: TileView, looks: Looks | None
         shown: the tile.
         looks: what `looks_of` says of it, where that is known.
     """
+    with clipped(canvas.surface, frames.frame_rect(canvas, shown.place)):
+        _draw_whole(canvas, scene, shown, looks or looks_of(scene, shown))
+
+
+def _draw_whole(canvas: Canvas, scene: Scene, shown: TileView, looks: Looks) -> None:
     place, tile, look = shown.place, shown.tile, shown.look
-    looks = looks or looks_of(scene, shown)
     view = maps.MapView(scene, place.map)
     # Robots share the large tile, and what is remembered of it: a picture of each would fill
     # tens of megabytes.
@@ -117,8 +122,10 @@ def draw_tile(canvas: Canvas, scene: Scene, shown: TileView, looks: Looks | None
     if shown.dwell_left >= 0:
         plate.draw_dwell(canvas, place, tile.robot, shown.dwell_left)
     if look.driven and place.single and shown.landing >= 0:
-        with canvas.moving():
-            _landing_label(canvas, view, shown)
+        text = canvas.say("Switched to robot {number}", number=tile.robot + 1)
+        robot = view.robot_point(shown.pose.x, shown.pose.y, driven=True)
+        with canvas.moving(), clipped(canvas.surface, place.body):
+            landing.draw_label(canvas, view, robot, place.plate, text)
 
 
 def _draw_on_map(
@@ -138,10 +145,8 @@ def _draw_on_map(
         if _marks_place(view, body).colliderect(covered)
         else None
     )
-    canvas.surface.set_clip(clip)
-    with canvas.moving():
+    with clipped(canvas.surface, clip), canvas.moving():
         _draw_body(canvas, view, shown, body)
-    canvas.surface.set_clip(None)
     if still is not None:
         canvas.surface.blit(still, covered)
 
@@ -217,27 +222,3 @@ def _landing_rings(canvas: Canvas, x: float, y: float, radius: float, share: flo
         reach = radius * (start + (HALO + 0.15 - start) * share)
         colour = palette.mixed(palette.BLUE, palette.CARD, share_of_blue)
         marks.passing_ring(canvas, x, y, reach, max(1.5, radius * 0.08), colour)
-
-
-def _landing_label(canvas: Canvas, view: maps.MapView, shown: TileView) -> None:
-    """Name the robot beside it, on the side with more room, clear of the plate."""
-    place = shown.place
-    text = canvas.say("Switched to robot {number}", number=shown.tile.robot + 1)
-    size = canvas.u(24)
-    width, height = canvas.text_width(text, size, "semibold") + canvas.u(40), canvas.u(52)
-    x, y = view.robot_point(shown.pose.x, shown.pose.y, driven=shown.look.driven)
-    reach = view.robot_radius * 4.4
-    above = y - reach - height
-    box = pygame.Rect(0, 0, width, height)
-    box.centerx = round(x)
-    box.top = round(y + reach)
-    if box.bottom > place.map.bottom - canvas.u(16) and above > place.map.top:
-        box.top = round(above)
-    if view.scene.camera:
-        # Nobody knows where in a picture the robot is.
-        box.bottom = place.map.bottom
-    box.clamp_ip(place.map.inflate(-canvas.u(48), -canvas.u(40)))
-    if box.colliderect(place.plate):
-        box.left = max(box.left, place.plate.right + canvas.u(24))
-    canvas.box(box, canvas.u(7), palette.CARD, palette.BLUE, canvas.u(3))
-    canvas.write(text, box.centerx, box.centery, size, weight="semibold", align="centre")

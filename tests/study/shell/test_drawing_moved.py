@@ -9,9 +9,13 @@ import pygame
 import pytest
 
 import sample_screens as samples
+from study.messages import messages_for
 from study.screens import Cue, FleetScreen, Tile, View
 from study.shell.drawing.canvas import Canvas
-from study.shell.drawing.fleet import FleetPainter
+from study.shell.drawing.drawn import Boxed, Written
+from study.shell.drawing.fleet import FleetPainter, layout
+from study.shell.drawing.maps import MapView
+from study.shell.drawing.renderer import Renderer
 
 STEP_NS = 125_000_000
 FRAMES_A_STEP = 4
@@ -51,17 +55,27 @@ def later(screen: FleetScreen, chance: random.Random) -> FleetScreen:
     )
 
 
+LOOKS: list[tuple[int, View, tuple[int, int], float]] = [
+    (12, "tiles", (1280, 960), 1.0),
+    (48, "tiles", (1280, 960), 1.0),
+    (6, "enlarged", (1280, 960), 1.0),
+    (12, "enlarged", (1280, 720), 1.5),
+    (12, "enlarged", (1280, 720), 2.0),
+]
+
+
 @pytest.mark.parametrize("has_health", [True, False])
-@pytest.mark.parametrize(("robots", "view"), [(12, "tiles"), (48, "tiles"), (6, "enlarged")])
+@pytest.mark.parametrize(("robots", "view", "size", "factor"), LOOKS)
 def test_pictures_painted_on_look_as_if_painted_anew(
-    robots: int, view: View, has_health: bool
+    robots: int, view: View, size: tuple[int, int], factor: float, has_health: bool
 ) -> None:
     """To the last pixel, after moves, switches, cues and ends of episodes."""
     pygame.font.init()
     chance = random.Random(robots)
     screen = dataclasses.replace(samples.fleet(robots), view=view, has_health=has_health)
-    size = (1280, 960)
     on, anew = Canvas(size), Canvas(size)
+    for canvas in (on, anew):
+        canvas.rescale(scale_of(screen, size, factor))
     painter = FleetPainter()
     painter.draw(on, screen, screen.t_ns, onto=False)
     parts = 0
@@ -79,3 +93,49 @@ def test_pictures_painted_on_look_as_if_painted_anew(
             )
     # Else nothing would have been compared.
     assert parts > 100
+
+
+def scale_of(screen: FleetScreen, size: tuple[int, int], factor: float) -> float:
+    """Return the scale at which a screen fits its window."""
+    renderer = Renderer(size, factor)
+    renderer.draw(pygame.Surface(size), screen, screen.t_ns)
+    return renderer.canvas.scale
+
+
+@pytest.mark.parametrize("locale", ["en", "pseudo"])
+@pytest.mark.parametrize("factor", [1.0, 1.5, 2.0])
+@pytest.mark.parametrize("robots", [2, 12, 48])
+def test_the_name_of_the_robot_switched_to_lies_in_its_map(
+    robots: int, factor: float, locale: str
+) -> None:
+    """Whole, off the robot, and at every scale; wherever the robot is."""
+    pygame.font.init()
+    size = (1280, 720)
+    screen = dataclasses.replace(
+        samples.fleet(robots, operated=robots - 1), view="enlarged", switched_ns=samples.T_NS
+    )
+    renderer = Renderer(size, factor, messages_for(locale))
+    surface = pygame.Surface(size)
+    for x, y in ((1.0, 1.0), (19.0, 1.0), (19.0, 14.0), (10.0, 7.5), (3.0, 7.0), (12.0, 12.0)):
+        tiles = tuple(dataclasses.replace(tile, x=x, y=y) for tile in screen.tiles)
+        shown = dataclasses.replace(screen, tiles=tiles)
+        renderer.draw(surface, shown, samples.T_NS)
+        drawn: list[Written | Boxed] = []
+        renderer.canvas.watcher = lambda _on, one: drawn.append(one)  # noqa: B023
+        again = pygame.Surface(size)
+        renderer.draw(again, shown, samples.T_NS)
+        renderer.canvas.watcher = None
+        large = layout(renderer.canvas, shown).large
+        assert large is not None
+        named = [one for one in drawn if isinstance(one, Boxed) and one.moving][-1].place
+        inside = [
+            one for one in drawn
+            if isinstance(one, Written) and one.moving and named.collidepoint(one.place.center)
+        ]  # fmt: skip
+        words = " ".join(one.text for one in inside)
+        number = shown.operated + 1
+        assert words == messages_for(locale).say("Switched to robot {number}", number=number)
+        assert all(named.contains(one.place) for one in inside)
+        assert large.map.contains(named)
+        at = MapView(shown.scene, large.map).robot_point(x, y, driven=True)
+        assert not named.collidepoint(at)
