@@ -25,7 +25,7 @@ from study.foxglove.export import export
 from study.loading import LoadedProtocol, load_protocol
 from study.recording.reader import read_recording
 from study.screens import FleetScreen
-from study.shell.drawing.fleet import tile_places
+from study.shell.drawing.fleet_places import tile_places
 from study.shell.picture_records import PictureRecords
 from study.verification import verify
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import pygame
 
 from study.events.scene import Role
@@ -11,92 +9,15 @@ from study.messages import Messages, noted
 from study.screens import FleetScreen, Tile
 from study.shell.drawing import chrome, frames, header, legend, palette
 from study.shell.drawing.canvas import Canvas
-from study.shell.drawing.grid import TilePlace, place_enlarged, place_tiles
+from study.shell.drawing.fleet_places import NOBODY, NOBODY_SIZE, Layout, layout, nobody_room
+from study.shell.drawing.grid import TilePlace
 from study.shell.drawing.looks import Looks, TileView, looks_of
 from study.shell.drawing.motion import Motion, fraction
 from study.shell.drawing.pictures import Pictures, Shot
 from study.shell.drawing.plate import PlateLook
 from study.shell.drawing.tile import draw_moved, draw_tile
 
-MESSAGE_HEIGHT = 36
-NOBODY = noted("You are not driving a robot at the moment.")
 SWITCHED = noted("Switched to robot {number}")
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Layout:
-    """Where a fleet screen's parts go, pixels.
-
-    Attributes:
-        tiles: one place a tile of the screen, in their order.
-        large: where the operated robot is enlarged, whichever it is; None in other views.
-        message: middle of the line of guidance.
-    """
-
-    tiles: tuple[TilePlace, ...]
-    large: TilePlace | None
-    message: int
-
-
-def layout(canvas: Canvas, screen: FleetScreen) -> Layout:
-    """Return where a screen's parts go."""
-    enlarged = screen.view == "enlarged" and screen.robots > 1
-    single = screen.view == "operated_only" or screen.robots == 1
-    top = chrome.header_height(canvas)
-    banded = (single or enlarged) and bool(screen.message)
-    band = canvas.u(MESSAGE_HEIGHT) if banded else 0
-    bottom = canvas.size[1] - legend.height(canvas)
-    area = pygame.Rect(0, top + band, canvas.size[0], bottom - top - band)
-    large = None
-    if single:
-        places = place_tiles(area, screen.scene, 1, canvas.scale)[: len(screen.tiles)]
-    elif enlarged:
-        large, places = place_enlarged(area, screen.scene, screen.robots, canvas.scale)
-        places = [places[tile.robot] for tile in screen.tiles]
-    elif len(screen.tiles) < screen.robots:
-        # A few of the fleet are offered: as large as there is room.
-        places = place_tiles(area, screen.scene, max(1, len(screen.tiles)), canvas.scale)
-        places = places[: len(screen.tiles)]
-    else:
-        places = place_tiles(area, screen.scene, screen.robots, canvas.scale)
-        places = [places[tile.robot] for tile in screen.tiles]
-    under = top + band // 2 + canvas.u(2)
-    free = under if banded else _free_band(canvas, screen, places, top)
-    return Layout(tuple(places), large, free)
-
-
-def _free_band(canvas: Canvas, screen: FleetScreen, places: list[TilePlace], top: int) -> int:
-    """Return where a message stands: under the header, or over the legend if that is taken."""
-    bar = places[0].bar if places else 0
-    highest = min((place.body.top for place in places), default=canvas.size[1])
-    framed = any(
-        tile.robot in (screen.operated, screen.suggested) and place.body.top == highest
-        for tile, place in zip(screen.tiles, places, strict=True)
-    )
-    if bar and not framed and highest - top >= canvas.u(30):
-        return (top + min(highest, top + canvas.u(80))) // 2 + canvas.u(2)
-    return canvas.size[1] - legend.height(canvas) // 2
-
-
-def tile_places(canvas: Canvas, screen: FleetScreen) -> list[TilePlace]:
-    """Return the places of the screen's tiles, in their order; the enlarged one is not among."""
-    return list(layout(canvas, screen).tiles)
-
-
-def targets(canvas: Canvas, screen: FleetScreen) -> list[tuple[str, pygame.Rect]]:
-    """Return what can be clicked: the tiles."""
-    return [
-        (f"robot:{tile.robot}", place.body)
-        for tile, place in zip(screen.tiles, tile_places(canvas, screen), strict=True)
-    ]
-
-
-def clear_place(canvas: Canvas, screen: FleetScreen) -> tuple[int, int]:
-    """Return where something may lie over a fleet without hiding the operated robot's state."""
-    large = layout(canvas, screen).large
-    if large is None:
-        return canvas.size[0] // 2, canvas.size[1] // 2
-    return large.body.centerx, large.body.top + large.body.height // 4
 
 
 class FleetPainter:
@@ -315,12 +236,8 @@ def _draw_nobody(canvas: Canvas, screen: FleetScreen, places: Layout) -> None:
     if places.large is not None and screen.operated < 0:
         body = places.large.body
         canvas.box(body, canvas.u(10), palette.CARD, palette.EDGE, canvas.u(1.4))
-        room = body.inflate(-canvas.u(60), -canvas.u(40))
-        size = canvas.u(22)
-        height = canvas.paragraph_height(canvas.say(NOBODY), room.width, size, "semibold")
-        room.top = max(room.top, body.centery - height // 2)
-        room.height = body.bottom - canvas.u(10) - room.top
-        canvas.paragraph(canvas.say(NOBODY), room, size, weight="semibold",
+        room = nobody_room(canvas, body)
+        canvas.paragraph(canvas.say(NOBODY), room, canvas.u(NOBODY_SIZE), weight="semibold",
                          colour=palette.SECONDARY, align="centre")  # fmt: skip
     elif not screen.tiles:
         canvas.write(

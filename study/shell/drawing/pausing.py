@@ -10,6 +10,8 @@ from study.shell.drawing.canvas import Canvas
 
 CARD_WIDTH = 860
 MARGIN, EDGE = 56, 48
+APART = 24
+"""Design pixels between stopping and going on, lest one be taken for the other."""
 
 
 def _words(canvas: Canvas, screen: PauseScreen) -> tuple[str, str]:
@@ -55,7 +57,8 @@ def _inside(canvas: Canvas, screen: PauseScreen) -> tuple[pygame.Rect, int, int]
     """Return the card without its margin, and the heights of its words, pixels."""
     u = canvas.u
     title, text = _words(canvas, screen)
-    width = min(u(CARD_WIDTH), canvas.size[0] - u(48)) - 2 * u(MARGIN)
+    wide = max(u(CARD_WIDTH) - 2 * u(MARGIN), _keys_width(canvas, screen))
+    width = min(wide, canvas.size[0] - u(48) - 2 * u(MARGIN))
     heights = (
         canvas.paragraph_height(title, width, u(36), "bold"),
         canvas.paragraph_height(text, width, u(21)),
@@ -63,6 +66,22 @@ def _inside(canvas: Canvas, screen: PauseScreen) -> tuple[pygame.Rect, int, int]
     place = pygame.Rect(0, 0, width, sum(heights) + u(12 + 44 + 60))
     place.center = (canvas.size[0] // 2, canvas.size[1] // 2)
     return place, *heights
+
+
+def _choice_width(canvas: Canvas, key: str, words: str) -> int:
+    u = canvas.u
+    return chrome.keys_width(canvas, key, words, u(36), u(19)) + u(16)
+
+
+def _keys_width(canvas: Canvas, screen: PauseScreen) -> int:
+    """Return the width at which stopping and going on stand well apart, pixels."""
+    u = canvas.u
+    action = _action(canvas, screen)
+    if not action:
+        return 0
+    choices = [_choice_width(canvas, key, words) for _, key, words in _choices(canvas, screen)]
+    going_on = chrome.button_rect(canvas, action, 0, 0).width
+    return sum(choices) + u(8) * (len(choices) - 2) + u(APART) + going_on
 
 
 def targets(canvas: Canvas, screen: PauseScreen) -> list[tuple[str, pygame.Rect]]:
@@ -75,7 +94,7 @@ def targets(canvas: Canvas, screen: PauseScreen) -> list[tuple[str, pygame.Rect]
     found = []
     left = inside.left - u(8)
     for target, key, words in _choices(canvas, screen):
-        width = chrome.keys_width(canvas, key, words, u(36), u(19)) + u(16)
+        width = _choice_width(canvas, key, words)
         found.append((target, pygame.Rect(left, button.top, width, button.height)))
         left += width + u(8)
     return [*found, ("continue", button)] if action else found
@@ -95,6 +114,8 @@ def draw(canvas: Canvas, screen: PauseScreen) -> None:
     canvas.paragraph(text, pygame.Rect(inside.left, top, inside.width, text_height), u(21),
                      colour=palette.SECONDARY)  # fmt: skip
     places = dict(targets(canvas, screen))
+    if _keys_width(canvas, screen) > inside.width:
+        canvas.no_room("how to stop")
     for target, key, words in _choices(canvas, screen):
         place = places[target]
         chrome.draw_keys(canvas, key, words, place.left + u(8), place.centery, u(36), u(19))

@@ -25,7 +25,17 @@ from study.screens import (
     SurveyScreen,
     WaitScreen,
 )
-from study.shell.drawing import consenting, fleet, page, pausing, reveal, simple, survey, waiting
+from study.shell.drawing import (
+    consenting,
+    fleet,
+    fleet_places,
+    page,
+    pausing,
+    reveal,
+    simple,
+    survey,
+    waiting,
+)
 from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.motion import Motion
 from study.shell.drawing.pictures import Pictures
@@ -129,7 +139,8 @@ class Renderer:
                 return self._painter.draw(canvas, screen, now_ns, onto=onto)
             case CountdownScreen():
                 self._painter.draw(canvas, screen.fleet, now_ns, onto=False)
-                waiting.draw_countdown(canvas, screen, fleet.clear_place(canvas, screen.fleet))
+                middle = fleet_places.clear_place(canvas, screen.fleet)
+                waiting.draw_countdown(canvas, screen, middle)
             case BreakScreen():
                 waiting.draw_break(canvas, screen)
             case ConsentScreen():
@@ -160,9 +171,9 @@ class Renderer:
         canvas.rescale(self._scales[kind])
         match screen:
             case FleetScreen():
-                return fleet.targets(canvas, screen)
+                return fleet_places.targets(canvas, screen)
             case CountdownScreen():
-                return fleet.targets(canvas, screen.fleet)
+                return fleet_places.targets(canvas, screen.fleet)
             case BreakScreen():
                 return waiting.break_targets(canvas, screen)
             case ConsentScreen():

@@ -13,6 +13,12 @@ from study.shell.drawing.canvas import Canvas
 
 ACTION = noted("to continue")
 CHANCE = noted("Starting places differ between trials, so some ups and downs are chance.")
+VALUE_ROOM = 20
+"""Design pixels of height for points under a bar that goes down, above the trial's number."""
+LEAST_PLOT = 96
+"""Design pixels of height under which bars say little: then all is drawn smaller."""
+LEAST_PITCH = 26
+"""Design pixels between numbers at the axis."""
 FEWEST_WHOLE = 10
 """Points under which trials are shown with a decimal."""
 
@@ -69,6 +75,9 @@ def draw(canvas: Canvas, screen: RevealScreen) -> None:
                  colour=palette.SECONDARY, width=card.right - u(38) - caption.right)  # fmt: skip
     plot = pygame.Rect(card.left + u(112), y + u(40), card.width - u(112) - u(150), 0)
     plot.height = card.bottom - u(76) - plot.top
+    if min(0.0, screen.scale_low, *screen.trial_rewards) < 0:
+        # A bar may end at the foot of the plot, with its points under it.
+        plot.height -= u(VALUE_ROOM)
     _draw_plot(canvas, screen, plot)
     _draw_footer(canvas, screen, margin, footer)
 
@@ -114,10 +123,15 @@ def _draw_plot(canvas: Canvas, screen: RevealScreen, plot: pygame.Rect) -> None:
     def height_of(value: float) -> int:
         return round(plot.bottom - (value - low) / span * plot.height)
 
+    if plot.height < u(LEAST_PLOT):
+        canvas.no_room("the points of each trial")
     step = ticks[1] - ticks[0] if len(ticks) > 1 else 1.0
+    every = max(1, math.ceil(u(LEAST_PITCH) * span / step / max(1, plot.height)))
     for value in ticks:
         y = height_of(value)
         canvas.surface.fill(palette.GRID, (plot.left, y, plot.width, 1))
+        if round(value / step) % every:
+            continue
         text = number_text(value, 0 if step >= 1 else 1)
         canvas.write(text, plot.left - u(14), y, u(18), colour=palette.SECONDARY, align="right",
                      tabular=True)  # fmt: skip
@@ -138,7 +152,7 @@ def _draw_plot(canvas: Canvas, screen: RevealScreen, plot: pygame.Rect) -> None:
         taken = pygame.Rect(plot.left, height_of(average) - u(3), plot.width, u(6))
         _draw_average(canvas, plot, height_of(average), number_text(average, decimals))
     canvas.surface.fill(palette.INK, (plot.left, zero, plot.width, max(1, u(2))))
-    labels = max(plot.bottom, zero) + u(22)
+    labels = max(plot.bottom, zero) + u(22) + (u(VALUE_ROOM) if low < 0 else 0)
     for number, (bar, reward) in enumerate(zip(bars, rewards, strict=True)):
         _draw_value(canvas, bar, taken, reward, number_text(reward, decimals), pitch)
         if pitch >= u(26) or number % 5 == 0:

@@ -13,6 +13,9 @@ from study.shell.drawing.canvas import Canvas
 DISC = 96
 LARGEST_DISC = 0.12
 """Radius of the countdown's disc, as a share of the window's height."""
+WORDS_SIZE = 20
+CHORD = 122
+"""Design pixels across the disc where its words stand."""
 REST_TOP, REST_BOTTOM = 230, 190
 """What the break's words and ring take above and below the middle, design pixels."""
 
@@ -20,23 +23,33 @@ REST_TOP, REST_BOTTOM = 230, 190
 def draw_countdown(canvas: Canvas, screen: CountdownScreen, middle: tuple[int, int]) -> None:
     """Draw the seconds left over the fleet, which is drawn already, around a point in pixels."""
     # It lies over the tiles, whose texts it may cover, so it stays small at large scales.
-    scale = min(canvas.scale, LARGEST_DISC * canvas.size[1] / DISC)
+    wished = canvas.scale
+    scale = min(wished, LARGEST_DISC * canvas.size[1] / DISC)
     with canvas.at(scale), canvas.moving():
         place = pygame.Rect(0, 0, canvas.u(2 * DISC), canvas.u(2 * DISC))
         place.center = middle
-        _draw_disc(canvas, screen, place)
+        _draw_disc(canvas, screen, place, wished / scale)
 
 
-def _draw_disc(canvas: Canvas, screen: CountdownScreen, place: pygame.Rect) -> None:
+def _draw_disc(
+    canvas: Canvas, screen: CountdownScreen, place: pygame.Rect, enlarged: float
+) -> None:
     u = canvas.u
+    words = canvas.say("Get ready")
+    size = u(WORDS_SIZE)
+    # The disc is smaller than wished for, its words need not be: as large as the circle allows.
+    while size < u(WORDS_SIZE * enlarged) and (
+        canvas.text_width(words, size + 1, "semibold") <= u(CHORD)
+    ):
+        size += 1
     canvas.box(place, u(DISC), palette.INK, palette.CARD, u(5))
     canvas.write(
         str(screen.seconds_left), place.centerx, place.centery - u(10), u(90), weight="bold",
         colour=palette.CARD, align="centre", tabular=True,
     )  # fmt: skip
     canvas.write(
-        canvas.say("Get ready"), place.centerx, place.centery + u(54), u(20), weight="semibold",
-        colour=palette.CARD, align="centre", width=place.width - u(24),
+        words, place.centerx, place.centery + u(54) - (size - u(WORDS_SIZE)) // 2, size,
+        weight="semibold", colour=palette.CARD, align="centre", width=place.width - u(24),
     )  # fmt: skip
 
 

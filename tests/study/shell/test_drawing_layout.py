@@ -12,6 +12,7 @@ import pytest
 import sample_screens as samples
 from study.screens import ConsentScreen, Cue, PageScreen, Screen
 from study.shell.drawing.drawn import Boxed, Written
+from study.shell.drawing.fleet_places import tile_places
 from study.shell.drawing.lettering import clear_fonts
 from study.shell.drawing.renderer import SMALLEST_FIT, Renderer
 from watched_drawing import Seen, fleets, watched
@@ -187,3 +188,66 @@ def test_nothing_is_drawn_where_nothing_changed() -> None:
     for screen in (samples.survey(), samples.fleet(12)):
         renderer.draw(surface, screen, samples.T_NS)
         assert renderer.draw(surface, screen, samples.T_NS) == []
+
+
+LARGE = ((1280, 720), 2.0)
+
+
+def words_seen(seen: list[Seen]) -> dict[str, pygame.Rect]:
+    """Return where each line was written."""
+    return {item.drawn.text: item.drawn.place for item in seen if isinstance(item.drawn, Written)}
+
+
+@pytest.mark.parametrize("robots", [4, 12, 20])
+@pytest.mark.parametrize("suggested", [-1, 7])
+def test_a_line_of_guidance_leaves_the_legend_in_sight(robots: int, suggested: int) -> None:
+    """Also with larger text, where tiles fill the window; and no tile moves when it goes."""
+    told = dataclasses.replace(
+        samples.fleet(robots, operated=-1), message="Choose a robot to drive", suggested=suggested,
+        allocation="manual" if suggested < 0 else "suggested",
+    )  # fmt: skip
+    renderer, seen = watched(told, *LARGE)
+    assert "hazard: costs health" in words_seen(seen)
+    driven = dataclasses.replace(told, operated=3, message="")
+    assert tile_places(renderer.canvas, told) == tile_places(renderer.canvas, driven)
+
+
+@pytest.mark.parametrize("look", [LARGE, ((1280, 720), 1.0), ((1280, 960), 1.0)])
+@pytest.mark.parametrize("rewards", [(-34.0,), (-50.0, 3.0, -49.0, 60.0)])
+def test_points_number_and_axis_keep_apart(
+    look: tuple[tuple[int, int], float], rewards: tuple[float, ...]
+) -> None:
+    """The points under a bar, its trial's number and the words under it have room between them."""
+    screen = dataclasses.replace(
+        samples.reveal(negative=True), trial_rewards=rewards, total=sum(rewards),
+        scale_low=-50.0, scale_high=75.0,
+    )  # fmt: skip
+    renderer, seen = watched(screen, *look)
+    least = renderer.canvas.u(6)
+    written = [item.drawn for item in seen if isinstance(item.drawn, Written)]
+    caption = next(text for text in written if text.text == "Points in each trial").place
+    plot = [text for text in written if text.place.top > caption.bottom]
+    for index, one in enumerate(plot):
+        grown = one.place.inflate(0, 2 * least)
+        assert [other.text for other in plot[index + 1 :] if grown.colliderect(other.place)] == []
+
+
+@pytest.mark.parametrize("locale", ["en", "pseudo"])
+@pytest.mark.parametrize("factor", [1.0, 1.5, 2.0])
+def test_stopping_and_going_on_stand_apart(factor: float, locale: str) -> None:
+    """Else one might be taken for the other."""
+    for name in ("pause", "pause_erase", "pause_erase_sure", "pause_stop"):
+        renderer, _ = watched(SCREENS[name], (1280, 720), factor, locale)
+        places = dict(renderer.targets(SCREENS[name]))
+        going_on = places.pop("continue")
+        last = max(place.right for place in places.values())
+        assert going_on.left - last >= renderer.canvas.u(16)
+
+
+def test_words_in_the_countdown_grow_with_the_scale() -> None:
+    """Its disc stays small over the tiles; its words need not."""
+    heights = []
+    for factor in (1.0, 2.0):
+        _, seen = watched(SCREENS["countdown"], (1280, 720), factor)
+        heights.append(words_seen(seen)["Get ready"].height)
+    assert heights[1] >= 1.3 * heights[0]

@@ -13,7 +13,8 @@ from study.messages import messages_for
 from study.screens import Cue, FleetScreen, Tile, View
 from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.drawn import Boxed, Written
-from study.shell.drawing.fleet import FleetPainter, layout
+from study.shell.drawing.fleet import FleetPainter
+from study.shell.drawing.fleet_places import layout
 from study.shell.drawing.maps import MapView
 from study.shell.drawing.renderer import Renderer
 

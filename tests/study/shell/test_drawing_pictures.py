@@ -14,7 +14,8 @@ from study.events.scene import Scene
 from study.screens import Cue, FleetScreen, View
 from study.shell.drawing import inset, palette
 from study.shell.drawing.canvas import Canvas
-from study.shell.drawing.fleet import FleetPainter, layout, tile_places
+from study.shell.drawing.fleet import FleetPainter
+from study.shell.drawing.fleet_places import layout, tile_places
 from study.shell.drawing.pictures import NO_PICTURE, Pictures
 from study.shell.drawing.renderer import Renderer
 

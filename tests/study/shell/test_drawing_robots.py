@@ -14,7 +14,8 @@ import sample_screens as samples
 from study.screens import Cue, CueKind
 from study.shell.drawing import palette, robots
 from study.shell.drawing.canvas import Canvas
-from study.shell.drawing.fleet import FleetPainter, tile_places
+from study.shell.drawing.fleet import FleetPainter
+from study.shell.drawing.fleet_places import tile_places
 from study.shell.drawing.parts import ALIKE_ROOM
 from study.shell.drawing.robots import HEADING_STEPS, draw_robot
 

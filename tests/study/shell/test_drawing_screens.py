@@ -11,7 +11,7 @@ import pytest
 
 import sample_screens as samples
 from study.screens import FleetScreen, SurveyScreen
-from study.shell.drawing.fleet import tile_places
+from study.shell.drawing.fleet_places import tile_places
 from study.shell.drawing.header import clock_text
 from study.shell.drawing.lettering import clear_fonts, text_width, wrap
 from study.shell.drawing.renderer import Renderer

@@ -1,0 +1,121 @@
+"""Where the parts of a fleet run go: tiles, line of guidance, and what may lie over them."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pygame
+
+from study.messages import noted
+from study.screens import FleetScreen
+from study.shell.drawing import chrome, legend
+from study.shell.drawing.canvas import Canvas
+from study.shell.drawing.grid import TilePlace, place_enlarged, place_tiles
+
+MESSAGE_HEIGHT, LOW_HEIGHT = 36, 30
+"""Design pixels for a line of guidance: at ease, and as near to the tiles as can be."""
+CHOOSING = ("manual", "suggested", "assisted")
+"""Allocations in which a line of guidance comes and goes while all tiles are shown."""
+NOBODY = noted("You are not driving a robot at the moment.")
+NOBODY_SIZE = 22
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Layout:
+    """Where a fleet screen's parts go, pixels.
+
+    Attributes:
+        tiles: one place a tile of the screen, in their order.
+        large: where the operated robot is enlarged, whichever it is; None in other views.
+        message: middle of the line of guidance.
+    """
+
+    tiles: tuple[TilePlace, ...]
+    large: TilePlace | None
+    message: int
+
+
+def layout(canvas: Canvas, screen: FleetScreen) -> Layout:
+    """Return where a screen's parts go."""
+    enlarged = screen.view == "enlarged" and screen.robots > 1
+    single = screen.view == "operated_only" or screen.robots == 1
+    top = chrome.header_height(canvas)
+    banded = (single or enlarged) and bool(screen.message)
+    band = canvas.u(MESSAGE_HEIGHT) if banded else 0
+    bottom = canvas.size[1] - legend.height(canvas)
+    area = pygame.Rect(0, top + band, canvas.size[0], bottom - top - band)
+    large = None
+    if single:
+        places = place_tiles(area, screen.scene, 1, canvas.scale)[: len(screen.tiles)]
+    elif enlarged:
+        large, places = place_enlarged(area, screen.scene, screen.robots, canvas.scale)
+        places = [places[tile.robot] for tile in screen.tiles]
+    else:
+        places = _place_all(area, screen, canvas.scale)
+        if screen.allocation in CHOOSING and not _has_free_band(canvas, places, top):
+            # Kept free also while nothing is said: the tiles stay where they are.
+            banded, band = True, canvas.u(LOW_HEIGHT)
+            area = pygame.Rect(0, top + band, area.width, area.height - band)
+            places = _place_all(area, screen, canvas.scale)
+    under = top + band // 2 + canvas.u(2)
+    free = under if banded else _free_band(canvas, screen, places, top)
+    return Layout(tuple(places), large, free)
+
+
+def _place_all(area: pygame.Rect, screen: FleetScreen, scale: float) -> list[TilePlace]:
+    """Return the places of a screen's tiles where none is enlarged, in their order."""
+    if len(screen.tiles) < screen.robots:
+        # A few of the fleet are offered: as large as there is room.
+        places = place_tiles(area, screen.scene, max(1, len(screen.tiles)), scale)
+        return places[: len(screen.tiles)]
+    places = place_tiles(area, screen.scene, screen.robots, scale)
+    return [places[tile.robot] for tile in screen.tiles]
+
+
+def _has_free_band(canvas: Canvas, places: list[TilePlace], top: int) -> bool:
+    """Whether a message has room between the header and the tiles."""
+    highest = min((place.body.top for place in places), default=canvas.size[1])
+    return not places or (places[0].bar > 0 and highest - top >= canvas.u(30))
+
+
+def _free_band(canvas: Canvas, screen: FleetScreen, places: list[TilePlace], top: int) -> int:
+    """Return where a message stands: under the header, or over the legend if that is taken."""
+    highest = min((place.body.top for place in places), default=canvas.size[1])
+    framed = any(
+        tile.robot in (screen.operated, screen.suggested) and place.body.top == highest
+        for tile, place in zip(screen.tiles, places, strict=True)
+    )
+    if places and not framed and _has_free_band(canvas, places, top):
+        return (top + min(highest, top + canvas.u(80))) // 2 + canvas.u(2)
+    return canvas.size[1] - legend.height(canvas) // 2
+
+
+def tile_places(canvas: Canvas, screen: FleetScreen) -> list[TilePlace]:
+    """Return the places of the screen's tiles, in their order; the enlarged one is not among."""
+    return list(layout(canvas, screen).tiles)
+
+
+def targets(canvas: Canvas, screen: FleetScreen) -> list[tuple[str, pygame.Rect]]:
+    """Return what can be clicked: the tiles."""
+    return [
+        (f"robot:{tile.robot}", place.body)
+        for tile, place in zip(screen.tiles, tile_places(canvas, screen), strict=True)
+    ]
+
+
+def nobody_room(canvas: Canvas, body: pygame.Rect) -> pygame.Rect:
+    """Return where it is said, in place of an enlarged robot, that none is driven."""
+    room = body.inflate(-canvas.u(60), -canvas.u(40))
+    size = canvas.u(NOBODY_SIZE)
+    height = canvas.paragraph_height(canvas.say(NOBODY), room.width, size, "semibold")
+    room.top = max(room.top, body.centery - height // 2)
+    room.height = body.bottom - canvas.u(10) - room.top
+    return room
+
+
+def clear_place(canvas: Canvas, screen: FleetScreen) -> tuple[int, int]:
+    """Return where something may lie over a fleet without hiding the operated robot's state."""
+    large = layout(canvas, screen).large
+    if large is None:
+        return canvas.size[0] // 2, canvas.size[1] // 2
+    return large.body.centerx, large.body.top + large.body.height // 4
