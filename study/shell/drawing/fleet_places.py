@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 
 import pygame
 
 from study.messages import noted
-from study.screens import FleetScreen
+from study.screens import FleetScreen, Tile
 from study.shell.drawing import chrome, legend
 from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.grid import TilePlace, place_enlarged, place_tiles
+from study.shell.drawing.maps import MapView
 
 MESSAGE_HEIGHT, LOW_HEIGHT = 36, 30
 """Design pixels for a line of guidance: at ease, and as near to the tiles as can be."""
@@ -18,6 +20,10 @@ CHOOSING = ("manual", "suggested", "assisted")
 """Allocations in which a line of guidance comes and goes while all tiles are shown."""
 NOBODY = noted("You are not driving a robot at the moment.")
 NOBODY_SIZE = 22
+RING = 2.7
+"""Radius of the ring round a driven robot, in radii of its body as it is drawn elsewhere."""
+STRIDE = 8
+"""Pixels between the places tried for what lies over a fleet."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -113,9 +119,81 @@ def nobody_room(canvas: Canvas, body: pygame.Rect) -> pygame.Rect:
     return room
 
 
-def clear_place(canvas: Canvas, screen: FleetScreen) -> tuple[int, int]:
-    """Return where something may lie over a fleet without hiding the operated robot's state."""
-    large = layout(canvas, screen).large
-    if large is None:
-        return canvas.size[0] // 2, canvas.size[1] // 2
-    return large.body.centerx, large.body.top + large.body.height // 4
+def clear_place(canvas: Canvas, screen: FleetScreen, side: int) -> tuple[int, int]:
+    """Return where a square may lie over a fleet without hiding the participant's own robot.
+
+    Nor does it hide that robot's number, a suggested robot, or that no robot is driven.
+
+    Args:
+        canvas: the screen is drawn on it.
+        screen: the fleet.
+        side: of the square, pixels.
+
+    Returns:
+        The square's middle, as near as can be to that of the window or the enlarged map.
+    """
+    places = layout(canvas, screen)
+    wanted = (canvas.size[0] // 2, canvas.size[1] // 2)
+    if places.large is not None:
+        body = places.large.body
+        wanted = (body.centerx, body.top + body.height // 4)
+    kept = _kept_in_sight(canvas, screen, places)
+    top, bottom = chrome.header_height(canvas), canvas.size[1] - legend.height(canvas)
+    if screen.message and places.message < bottom:
+        top = places.message + canvas.u(16)
+    area = (0, top, canvas.size[0], bottom - top)
+    return _nearest_free(wanted, side, area, tuple(tuple(place) for place in kept))
+
+
+@functools.lru_cache(maxsize=8)
+def _nearest_free(
+    wanted: tuple[int, int],
+    side: int,
+    area: tuple[int, int, int, int],
+    kept: tuple[tuple[int, ...], ...],
+) -> tuple[int, int]:
+    """Return the middle of a square in an area that touches none of some rectangles.
+
+    It is the one nearest to what is wanted; that itself where there is none.
+    """
+    inner = pygame.Rect(area).inflate(-side, -side)
+    tried = [wanted] + [
+        (x, y)
+        for x in range(inner.left, inner.right + 1, STRIDE)
+        for y in range(inner.top, inner.bottom + 1, STRIDE)
+    ]
+    tried.sort(key=lambda at: (at[0] - wanted[0]) ** 2 + (at[1] - wanted[1]) ** 2)
+    square = pygame.Rect(0, 0, side, side)
+    for middle in tried:
+        square.center = middle
+        if square.collidelist(list(kept)) < 0:
+            return middle
+    return wanted
+
+
+def _kept_in_sight(canvas: Canvas, screen: FleetScreen, places: Layout) -> list[pygame.Rect]:
+    """Return what nothing may lie on, pixels."""
+    kept = []
+    if places.large is not None and screen.operated < 0:
+        room = nobody_room(canvas, places.large.body)
+        size = canvas.u(NOBODY_SIZE)
+        height = canvas.paragraph_height(canvas.say(NOBODY), room.width, size, "semibold")
+        kept.append(pygame.Rect(room.topleft, (room.width, min(height, room.height))))
+    for tile, place in zip(screen.tiles, places.tiles, strict=True):
+        if tile.robot not in (screen.operated, screen.suggested):
+            continue
+        shown = [place] if places.large is None else [place, places.large]
+        for one in shown if tile.robot == screen.operated else [place]:
+            kept += _own_places(screen, tile, one) if one.single else [one.body]
+    return kept
+
+
+def _own_places(screen: FleetScreen, tile: Tile, place: TilePlace) -> list[pygame.Rect]:
+    """Return where a large tile shows its robot and what is written of it, pixels."""
+    if screen.scene.camera:
+        return [place.plate]
+    view = MapView(screen.scene, place.map)
+    robot = pygame.Rect(0, 0, *[round(2 * RING * view.robot_radius)] * 2)
+    x, y = view.robot_point(tile.x, tile.y, driven=True)
+    robot.center = (round(x), round(y))
+    return [place.plate, robot]

@@ -139,7 +139,8 @@ class Renderer:
                 return self._painter.draw(canvas, screen, now_ns, onto=onto)
             case CountdownScreen():
                 self._painter.draw(canvas, screen.fleet, now_ns, onto=False)
-                middle = fleet_places.clear_place(canvas, screen.fleet)
+                side = waiting.disc_side(canvas)
+                middle = fleet_places.clear_place(canvas, screen.fleet, side)
                 waiting.draw_countdown(canvas, screen, middle)
             case BreakScreen():
                 waiting.draw_break(canvas, screen)

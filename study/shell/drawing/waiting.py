@@ -20,11 +20,20 @@ REST_TOP, REST_BOTTOM = 230, 190
 """What the break's words and ring take above and below the middle, design pixels."""
 
 
+def disc_side(canvas: Canvas) -> int:
+    """Return how wide and high the countdown's disc is, pixels."""
+    return round(2 * DISC * min(canvas.scale, _largest(canvas)))
+
+
+def _largest(canvas: Canvas) -> float:
+    # It lies over the tiles, whose texts it may cover, so it stays small at large scales.
+    return LARGEST_DISC * canvas.size[1] / DISC
+
+
 def draw_countdown(canvas: Canvas, screen: CountdownScreen, middle: tuple[int, int]) -> None:
     """Draw the seconds left over the fleet, which is drawn already, around a point in pixels."""
-    # It lies over the tiles, whose texts it may cover, so it stays small at large scales.
     wished = canvas.scale
-    scale = min(wished, LARGEST_DISC * canvas.size[1] / DISC)
+    scale = min(wished, _largest(canvas))
     with canvas.at(scale), canvas.moving():
         place = pygame.Rect(0, 0, canvas.u(2 * DISC), canvas.u(2 * DISC))
         place.center = middle

@@ -10,10 +10,11 @@ import pygame
 import pytest
 
 import sample_screens as samples
-from study.screens import ConsentScreen, Cue, PageScreen, Screen
+from study.screens import ConsentScreen, CountdownScreen, Cue, PageScreen, Screen, View
 from study.shell.drawing.drawn import Boxed, Written
-from study.shell.drawing.fleet_places import tile_places
+from study.shell.drawing.fleet_places import NOBODY, layout, tile_places
 from study.shell.drawing.lettering import clear_fonts
+from study.shell.drawing.maps import MapView
 from study.shell.drawing.renderer import SMALLEST_FIT, Renderer
 from watched_drawing import Seen, fleets, watched
 
@@ -251,3 +252,35 @@ def test_words_in_the_countdown_grow_with_the_scale() -> None:
         _, seen = watched(SCREENS["countdown"], (1280, 720), factor)
         heights.append(words_seen(seen)["Get ready"].height)
     assert heights[1] >= 1.3 * heights[0]
+
+
+@pytest.mark.parametrize("robots", [1, 2, 4, 12])
+@pytest.mark.parametrize("view", ["tiles", "enlarged"])
+@pytest.mark.parametrize("look", [LARGE, ((1280, 720), 1.0), ((1280, 960), 1.0)])
+def test_the_countdown_hides_no_own_robot(
+    robots: int, view: View, look: tuple[tuple[int, int], float]
+) -> None:
+    """Neither it nor its number, nor that none is driven."""
+    for operated in sorted({-1 if robots > 1 else 0, 0, robots // 2, robots - 1}):
+        fleet = dataclasses.replace(
+            samples.fleet(robots, operated=operated), view=view, switched_ns=-1,
+            message="" if operated >= 0 else "Choose a robot to drive",
+        )  # fmt: skip
+        renderer, seen = watched(CountdownScreen(3, fleet), *look)
+        boxes = [item.drawn for item in seen if isinstance(item.drawn, Boxed)]
+        disc = [box for box in boxes if box.moving][-1].place
+        places = layout(renderer.canvas, fleet)
+        shown = [places.large] if places.large else []
+        shown += [places.tiles[operated]] if operated >= 0 else []
+        for place in shown if operated >= 0 else []:
+            tile = fleet.tiles[operated]
+            at = MapView(fleet.scene, place.map).robot_point(tile.x, tile.y, driven=True)
+            assert not disc.collidepoint(at)
+            assert not disc.colliderect(place.plate)
+        if operated < 0:
+            written = words_seen(seen)
+            said = {text: place for text, place in written.items() if not KEY_SIGNS.match(text)}
+            said.pop("Get ready")
+            nobody = {t: p for t, p in said.items() if t in NOBODY or t == fleet.message}
+            assert nobody
+            assert disc.collidelist(list(nobody.values())) < 0
