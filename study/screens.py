@@ -162,7 +162,8 @@ class PageScreen:
         title, subtitle: the headline and one sentence.
         paragraphs: body text.
         figure: which illustration, if any: "" | "map" (annotated map, keys, points) |
-            "choose" (how to choose a robot) | "assisted" (how switching works).
+            "choose" (how to choose a robot) | "assisted" (how switching works) |
+            "assisted_all" (the same where all robots are seen).
         scene: the map for the illustration.
         rewards: the points rules, shown with figure "map".
         timesteps_per_second: for "(8 a second)".

@@ -262,11 +262,18 @@ def _phase_three(context: Context, condition: Condition, plan: PagesPlan) -> tup
             title=title,
             subtitle=subtitle,
             paragraphs=paragraphs,
-            figure="assisted" if condition.allocation == "assisted" else "choose",
+            figure=_figure(condition),
             robots=condition.robots,
             action=context.say("to go on"),
         ),
     )
+
+
+def _figure(condition: Condition) -> str:
+    """Return the illustration that shows what is seen in a condition."""
+    if condition.allocation != "assisted":
+        return "choose"
+    return "assisted" if condition.view == "operated_only" else "assisted_all"
 
 
 def _explanation(context: Context) -> tuple[Page, ...]:

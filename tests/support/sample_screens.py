@@ -353,6 +353,7 @@ def samples() -> dict[str, Screen]:
         ),
         "page_choose": page("choose"),
         "page_assisted": page("assisted"),
+        "page_assisted_all": dataclasses.replace(page("assisted"), figure="assisted_all"),
         "survey_one_answered": survey(),
         "survey_open": dataclasses.replace(
             survey(values=(None, None)), reminder="Please answer this question first."

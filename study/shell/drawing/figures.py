@@ -12,7 +12,7 @@ from study.messages import noted
 from study.screens import PageScreen, Tile
 from study.shell.drawing import chrome, leaders, maps, palette
 from study.shell.drawing.canvas import Canvas
-from study.shell.drawing.grid import TilePlace, plate_on
+from study.shell.drawing.grid import TilePlace, place_tiles, plate_on
 from study.shell.drawing.looks import TileView
 from study.shell.drawing.motion import Pose
 from study.shell.drawing.plate import PlateLook
@@ -251,14 +251,43 @@ def _small_tile(
 
 
 def draw_switching(canvas: Canvas, screen: PageScreen, place: pygame.Rect) -> None:
-    """Draw a large tile with the ring of the dwell."""
+    """Draw a large tile with the ring of the dwell, or tiles where all robots are seen."""
     scene = screen.scene
     if scene is None:
         return
+    if screen.figure == "assisted_all" and screen.robots > 1:
+        _draw_all_switched(canvas, screen, scene, place)
+        return
     tile_place = _map_place(canvas, scene, place, 0, canvas.u(42), single=True)
-    tile, pose = _tile(scene, min(6, max(0, screen.robots - 1)))
-    look = PlateLook(driven=True, suggested=False, accept_key="", has_dwell=True, note="",
+    _draw_tile_of(canvas, screen, scene, tile_place, min(6, max(0, screen.robots - 1)))
+
+
+def _draw_all_switched(
+    canvas: Canvas, screen: PageScreen, scene: Scene, place: pygame.Rect
+) -> None:
+    """Draw some tiles of a fleet, one of them driven and with the ring of the dwell."""
+    shown = min(4, screen.robots)
+    places = place_tiles(place, scene, shown, canvas.scale)
+    if places[0].map.width < canvas.u(SMALLEST_MAP):
+        canvas.no_room("the maps")
+    for robot, tile_place in enumerate(places):
+        driven = robot == min(2, shown - 1)
+        _draw_tile_of(canvas, screen, scene, tile_place, robot, driven=driven)
+
+
+def _draw_tile_of(
+    canvas: Canvas,
+    screen: PageScreen,
+    scene: Scene,
+    place: TilePlace,
+    robot: int,
+    *,
+    driven: bool = True,
+) -> None:
+    """Draw a robot's tile, with the ring of the dwell if it is driven."""
+    tile, pose = _tile(scene, robot)
+    look = PlateLook(driven=driven, suggested=False, accept_key="", has_dwell=driven, note="",
                      has_health=screen.has_health)  # fmt: skip
-    draw_tile(
-        canvas, scene, TileView(tile_place, tile, look, pose, dwell_left=0.62, ground=palette.CARD)
-    )
+    left = 0.62 if driven else -1.0
+    shown = TileView(place, tile, look, pose, dwell_left=left, ground=palette.CARD)
+    draw_tile(canvas, scene, shown)

@@ -11,11 +11,13 @@ import pytest
 
 import sample_screens as samples
 from study.screens import FleetScreen, SurveyScreen
+from study.shell.drawing.drawn import Written
 from study.shell.drawing.fleet_places import tile_places
 from study.shell.drawing.header import clock_text
 from study.shell.drawing.lettering import clear_fonts, text_width, wrap
 from study.shell.drawing.renderer import Renderer
 from study.shell.drawing.reveal import axis_ticks, number_text
+from watched_drawing import watched
 
 SIZES = [(1280, 720), (1280, 960), (1920, 1080), (2560, 1440)]
 SCREENS = samples.samples()
@@ -251,3 +253,17 @@ def test_rings_that_close_are_not_kept() -> None:
         looks.add(hashlib.sha256(pygame.image.tobytes(surface, "RGB")).digest())
     assert len(looks) > 20
     assert renderer.canvas.sprites.bytes <= first + 100_000
+
+
+def test_where_all_robots_are_seen_the_illustration_shows_several() -> None:
+    """One of them driven; where only one is seen, that one."""
+    numbers = {}
+    for figure in ("assisted", "assisted_all"):
+        screen = dataclasses.replace(samples.page("assisted"), figure=figure)
+        renderer, seen = watched(screen, (1280, 720), 2.0)
+        assert renderer.overflows == []
+        words = [item.drawn.text for item in seen if isinstance(item.drawn, Written)]
+        numbers[figure] = [word for word in words if word in ["1", "2", "3", "4", "7"]]
+        assert [word for word in words if word.startswith("YOU")] != []
+    assert set(numbers["assisted_all"]) == {"1", "2", "3", "4"}
+    assert set(numbers["assisted"]) == {"7"}
