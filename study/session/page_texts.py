@@ -77,6 +77,11 @@ def _welcome(context: Context) -> tuple[Page, ...]:
                 say(
                     "There are no trick questions and no wrong answers. It is the robots that are "
                     "being studied, not you."
+                )
+                if protocol.comprehension is None
+                else say(
+                    "There are no trick questions, and where you are asked for your view no answer "
+                    "is wrong. It is the robots that are being studied, not you."
                 ),
                 say(
                     'You can pause with "{key}", and you can stop whenever you like.',

@@ -39,3 +39,17 @@ def test_the_illustration_shows_what_the_text_says_is_seen() -> None:
     assert any(text.startswith("You see only the robot") for text in one_seen.paragraphs)
     assert (all_seen.figure, one_seen.figure) == ("assisted_all", "assisted")
     assert page_before("suggested").figure == "choose"
+
+
+def test_answers_are_called_wrong_nowhere_only_where_none_can_be() -> None:
+    """A comprehension check has wrong answers; questions for a view have none."""
+    place = Place(Phase.PRACTICE)
+    asked = every_screen()
+    unasked = asked.model_copy(update={"comprehension": None})
+    told = {
+        name: " ".join(pages(PagesPlan("welcome", place), context_of(protocol))[0].paragraphs)
+        for name, protocol in (("asked", asked), ("unasked", unasked))
+    }
+    assert "no wrong answers" in told["unasked"]
+    assert "no wrong answers" not in told["asked"]
+    assert "where you are asked for your view no answer is wrong" in told["asked"]
