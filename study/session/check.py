@@ -62,7 +62,9 @@ def _questionnaire(part: ComprehensionPart) -> Questionnaire:
         name=NAME,
         version=1,
         title=noted("Is everything clear?"),
-        prompt=noted("A few questions about how it works. You can ask the experimenter."),
+        prompt=noted("A question about how it works. You can ask the experimenter.")
+        if len(part.questions) == 1
+        else noted("A few questions about how it works. You can ask the experimenter."),
         items=tuple(
             Item(id=question.id, text=question.text, kind="choice", options=question.options)
             for question in part.questions

@@ -122,7 +122,9 @@ def _practice(context: Context) -> tuple[Page, ...]:
                 "{n} second to try the keys. Nothing counts yet.",
                 "{n} seconds to try the keys. Nothing counts yet.",
                 round(seconds),
-            ),
+            )
+            if seconds >= 1
+            else say("Less than a second to try the keys. Nothing counts yet."),
             paragraphs=camera_texts.practice(context)
             if camera_texts.are_told(context)
             else (
@@ -290,7 +292,11 @@ def _explanation(context: Context) -> tuple[Page, ...]:
         Page(
             header=say("Before we start"),
             title=say("Let us look at that again"),
-            subtitle=say("Then the same questions once more."),
+            subtitle=context.count(
+                "Then the same question once more.",
+                "Then the same questions once more.",
+                len(part.questions),
+            ),
             paragraphs=tuple(say(q.explanation) for q in part.questions if q.id in wrong),
             action=say("to go on"),
         ),

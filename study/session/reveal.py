@@ -52,10 +52,20 @@ class RevealStage(QuietStage):
             robots=self._context.protocol.condition(place.condition).robots,
             scale_low=low,
             scale_high=high,
-            next_hint=say("Next: the same questions again. Your first answers stay as they are.")
+            next_hint=self._context.count(
+                "Next: the same question again. Your first answer stays as it is.",
+                "Next: the same questions again. Your first answers stay as they are.",
+                self._asked_again(),
+            )
             if self._plan.surveys_follow
             else "",
         )
+
+    def _asked_again(self) -> int:
+        """Return how many questions follow."""
+        asked = self._context.questionnaires
+        uses = self._context.protocol.questionnaires
+        return sum(len(asked[use.name].items) for use in uses if "after_reveal" in use.when)
 
     def _scale(self) -> tuple[float, float]:
         """Fix the axis at the first reveal, with room above; later blocks widen it if they must."""

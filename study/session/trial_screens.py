@@ -97,13 +97,17 @@ def _what_comes(plan: TrialPlan, context: Context) -> list[str]:
     """Return sentences on the robots, the time and what is to be done."""
     say, count = context.say, context.count
     robots = say("One robot") if plan.robots == 1 else say("{n} robots", n=plan.robots)
-    seconds = round(plan.timesteps / context.protocol.timing.timesteps_per_second)
+    seconds = plan.timesteps / context.protocol.timing.timesteps_per_second
     first = say("{robots}.", robots=robots)
-    if not plan.ends_with_robot:
-        first = count("{robots}, {n} second.", "{robots}, {n} seconds.", seconds, robots=robots)
+    if not plan.ends_with_robot and seconds < 1:
+        first = say("{robots}, less than a second.", robots=robots)
+    elif not plan.ends_with_robot:
+        first = count(
+            "{robots}, {n} second.", "{robots}, {n} seconds.", round(seconds), robots=robots
+        )
     goals = plan.goals_needed
     task = (
-        [count("Bring it to its goal: {n} time.", "Bring it to its goal: {n} times.", goals)]
+        [count("Bring it to its goal once.", "Bring it to its goal {n} times.", goals)]
         if goals
         else []
     )
