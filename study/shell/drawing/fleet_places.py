@@ -14,10 +14,8 @@ from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.grid import TilePlace, place_enlarged, place_tiles
 from study.shell.drawing.maps import MapView
 
-MESSAGE_HEIGHT, LOW_HEIGHT = 36, 30
-"""Design pixels for a line of guidance: at ease, and as near to the tiles as can be."""
-CHOOSING = ("manual", "suggested", "assisted")
-"""Allocations in which a line of guidance comes and goes while all tiles are shown."""
+MESSAGE_HEIGHT = 36
+"""Design pixels for a line of guidance."""
 NOBODY = noted("You are not driving a robot at the moment.")
 NOBODY_SIZE = 22
 RING = 2.7
@@ -58,11 +56,6 @@ def layout(canvas: Canvas, screen: FleetScreen) -> Layout:
         places = [places[tile.robot] for tile in screen.tiles]
     else:
         places = _place_all(area, screen, canvas.scale)
-        if screen.allocation in CHOOSING and not _has_free_band(canvas, places, top):
-            # Kept free also while nothing is said: the tiles stay where they are.
-            banded, band = True, canvas.u(LOW_HEIGHT)
-            area = pygame.Rect(0, top + band, area.width, area.height - band)
-            places = _place_all(area, screen, canvas.scale)
     under = top + band // 2 + canvas.u(2)
     free = under if banded else _free_band(canvas, screen, places, top)
     return Layout(tuple(places), large, free)

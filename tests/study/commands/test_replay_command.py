@@ -153,4 +153,4 @@ class TestVideo:
         (tmp_path / "file").write_text("")
         done = replay(recording, "--video", tmp_path / "file" / "x.webm", "--to", "1")
         assert done.returncode == 2
-        assert "cannot be written" in done.stderr
+        assert "is a file; a folder is wanted" in done.stderr

@@ -12,7 +12,7 @@ import pytest
 import sample_screens as samples
 from study.screens import ConsentScreen, CountdownScreen, Cue, PageScreen, Screen, View
 from study.shell.drawing.drawn import Boxed, Written
-from study.shell.drawing.fleet_places import NOBODY, layout, tile_places
+from study.shell.drawing.fleet_places import NOBODY, layout
 from study.shell.drawing.lettering import clear_fonts
 from study.shell.drawing.maps import MapView
 from study.shell.drawing.renderer import SMALLEST_FIT, Renderer
@@ -197,20 +197,6 @@ LARGE = ((1280, 720), 2.0)
 def words_seen(seen: list[Seen]) -> dict[str, pygame.Rect]:
     """Return where each line was written."""
     return {item.drawn.text: item.drawn.place for item in seen if isinstance(item.drawn, Written)}
-
-
-@pytest.mark.parametrize("robots", [4, 12, 20])
-@pytest.mark.parametrize("suggested", [-1, 7])
-def test_a_line_of_guidance_leaves_the_legend_in_sight(robots: int, suggested: int) -> None:
-    """Also with larger text, where tiles fill the window; and no tile moves when it goes."""
-    told = dataclasses.replace(
-        samples.fleet(robots, operated=-1), message="Choose a robot to drive", suggested=suggested,
-        allocation="manual" if suggested < 0 else "suggested",
-    )  # fmt: skip
-    renderer, seen = watched(told, *LARGE)
-    assert "hazard: costs health" in words_seen(seen)
-    driven = dataclasses.replace(told, operated=3, message="")
-    assert tile_places(renderer.canvas, told) == tile_places(renderer.canvas, driven)
 
 
 @pytest.mark.parametrize("look", [LARGE, ((1280, 720), 1.0), ((1280, 960), 1.0)])
