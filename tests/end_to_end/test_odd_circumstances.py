@@ -19,7 +19,7 @@ from children import child_of
 from onlooker import Onlooker
 from patience import PATIENCE_S, until
 from protocols import ROOT, variant
-from real_study import real_study
+from real_study import close_last_words, real_study
 from study.events.events import Deviation, Timestep
 from study.events.inputs import KeyChanged
 from study.events.shell import ClockPair
@@ -68,9 +68,10 @@ def practising(
         assert study.poll() is None
         for key in ("escape", "q", "y"):
             hands.tap(key)
-        study.wait(PATIENCE_S)
-        # The window is gone at the last key's press: its release reaches nobody.
-        hands.sent.pop()
+        # The session is over at the last key's press: its release, and what follows, is not of it.
+        recorded_keys = hands.sent[:-1]
+        assert close_last_words(hands, study) == 3
+        hands.sent = recorded_keys
 
 
 def recorded(tmp_path: Path) -> Recording:

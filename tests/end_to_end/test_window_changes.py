@@ -6,9 +6,9 @@ import time
 from pathlib import Path
 
 from onlooker import Aim, Onlooker
-from patience import PATIENCE_S, until
+from patience import until
 from protocols import variant
-from real_study import real_study
+from real_study import close_last_words, real_study
 from study.events.events import Paused, Resumed, Timestep
 from study.events.inputs import WindowChanged
 from study.recording.reader import Recording, read_recording
@@ -56,7 +56,7 @@ def test_resizing_and_minimising_pause_a_trial(tmp_path: Path) -> None:
         drive(onlooker)
         for key in ("escape", "q", "y"):
             hands.tap(key)
-        study.wait(PATIENCE_S)
+        assert close_last_words(hands, study) == 3
     (path,) = folder.glob("*.mcap")
     check(path)
 
