@@ -207,4 +207,5 @@ def test_ctrl_c_at_any_moment_is_no_traceback(
             os.killpg(program.pid, signal.SIGINT)
         told = program.communicate(timeout=PATIENCE_S)[0]
         assert "Traceback" not in told, (delay, told)
-        assert program.returncode in (2, 3, 130), (delay, told)
+        # Once Python itself is going, the signal ends it: to a shell that is 130 as well.
+        assert program.returncode in (2, 3, 130, -signal.SIGINT), (delay, told)
