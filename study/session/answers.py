@@ -78,11 +78,10 @@ class Answers:
         item, scale = self._items[place], self._questionnaire
         if item.kind == "number":
             return self._type_number(place, f"{self._typed[place]}{digit}", t_ns)
-        value = digit
         if item.kind == "scale" and scale.high > 9:
             # In recordings by older rules a digit goes for tens, and the arrows do the rest.
-            value = scale.low + round((digit * 10 - scale.low) / scale.step) * scale.step
-        return scale.takes(item, value) and self._put(place, value, t_ns)
+            return self.near(place, digit * 10, t_ns)
+        return scale.takes(item, digit) and self._put(place, digit, t_ns)
 
     def near(self, place: int, number: int, t_ns: int) -> bool:
         """Answer on a scale with what is nearest to a number; return whether that changed it."""

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from protocols import ROOT
+from robots_list import KEY, LIST, OTHER
 from study.errors import ProtocolError
 from study.experiment.protocol import parse_experiment
 from study.loading import load_protocol
@@ -137,25 +138,6 @@ EXPERIMENT: Mistakes = {
 }
 
 
-KEY, OTHER = "a" * 40, "b" * 40
-LIST = f"""operator_key = "keys/operator.toml"
-
-[[robots]]
-name = "robot1"
-address = "tcp://192.168.1.21:5555"
-public_key = "{KEY}"
-
-[[robots]]
-name = "robot2"
-address = "tcp://192.168.1.22:5555"
-public_key = "{OTHER}"
-
-[poses]
-kind = "natnet"
-server = "192.168.1.10"
-local = "192.168.1.11"
-rigid_bodies = [11, 12]
-"""
 ROBOTS: Mistakes = {
     "key file": ('"keys/operator.toml"', "3", "operator_key: 3 given"),
     "address": ("tcp://192.168.1.21", "192.168.1.21", 'robot1.address: "192.168.1.21'),

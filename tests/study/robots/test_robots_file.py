@@ -8,32 +8,13 @@ import pytest
 
 from command_line import study
 from extras import need
+from robots_list import KEY, LIST, OTHER
 from study.errors import StudyError
 from study.robots.keys import make_keys, read_public
 from study.robots.robots_file import read_robots_file
 from twin_process import running_twin
 
 need("zmq", "mujoco")
-
-KEY, OTHER = "a" * 40, "b" * 40
-GOOD = f"""operator_key = "keys/operator.toml"
-
-[[robots]]
-name = "robot1"
-address = "tcp://192.168.1.21:5555"
-public_key = "{KEY}"
-
-[[robots]]
-name = "robot2"
-address = "tcp://192.168.1.22:5555"
-public_key = "{OTHER}"
-
-[poses]
-kind = "natnet"
-server = "192.168.1.10"
-local = "192.168.1.11"
-rigid_bodies = [11, 12]
-"""
 
 
 def listed(folder: Path, text: str) -> Path:
@@ -45,7 +26,7 @@ def listed(folder: Path, text: str) -> Path:
 
 def test_the_list_of_the_docs_is_read(tmp_path: Path) -> None:
     """Two robots, poses by motion capture."""
-    given = read_robots_file(listed(tmp_path, GOOD))
+    given = read_robots_file(listed(tmp_path, LIST))
     assert [robot.name for robot in given.robots] == ["robot1", "robot2"]
     assert given.poses.kind == "natnet"
 
@@ -70,16 +51,16 @@ def test_the_list_of_the_docs_is_read(tmp_path: Path) -> None:
 )
 def test_mistakes_are_named(tmp_path: Path, old: str, new: str, said: str) -> None:
     """Each where it is, by the robot's name, with what is allowed."""
-    assert old in GOOD
+    assert old in LIST
     with pytest.raises(StudyError) as caught:
-        read_robots_file(listed(tmp_path, GOOD.replace(old, new)))
+        read_robots_file(listed(tmp_path, LIST.replace(old, new)))
     assert said in str(caught.value)
 
 
 def test_public_keys_are_no_operator_s_key(tmp_path: Path) -> None:
     """The wrong file is called that; it is not to be made private first."""
     make_keys(tmp_path / "keys", ["operator", "robot1"])
-    text = GOOD.replace("keys/operator.toml", "keys/public_keys.toml")
+    text = LIST.replace("keys/operator.toml", "keys/public_keys.toml")
     done = study("robot-stop", listed(tmp_path, text))
     assert done.returncode == 2
     assert "not a private key file" in done.stderr
@@ -89,12 +70,12 @@ def test_public_keys_are_no_operator_s_key(tmp_path: Path) -> None:
 def test_a_list_of_real_robots_is_not_replaced_by_a_twin(tmp_path: Path) -> None:
     """A rehearsal must not cost the list that an emergency stop needs; a twin's own may go."""
     make_keys(tmp_path / "keys", ["operator", "motion_capture", "robot1"])
-    path = listed(tmp_path, GOOD)
+    path = listed(tmp_path, LIST)
     command = ("robot-twin", tmp_path / "keys", "--robots", "1", "--no-cameras", "--write", path)
     done = study(*command)
     assert done.returncode == 2
     assert "no twin wrote it" in done.stderr
-    assert path.read_text() == GOOD
+    assert path.read_text() == LIST
     path.unlink()
     for _ in range(2):
         assert study(*command).returncode == 0
