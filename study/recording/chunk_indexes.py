@@ -2,7 +2,8 @@
 
 A recording's index has one entry a chunk, and a chunk is closed every half second. mcap keeps the
 entries as objects until the file is finished: some kilobytes each, so that a writer's memory grows
-all through a session. Here they are kept as they will stand in the file, compressed.
+all through a session. Here they are kept as they will stand in the file, compressed, in room
+that is taken at the start: what a long session lacks in memory shows before it begins.
 """
 
 from __future__ import annotations
@@ -16,6 +17,10 @@ from mcap.data_stream import RecordBuilder
 
 BLOCK_BYTES = 1 << 15
 """Entries are compressed by so much: about a hundred, alike but for offsets and times."""
+ROOM_BYTES = 1 << 19
+"""Room taken at the start, for about an hour and a half; twice as much whenever it is full."""
+_LENGTH = struct.Struct("<I")
+"""Before each block: of how many bytes it is."""
 _HEAD = struct.Struct("<BQ")
 """Of a record: its kind, and the length of the rest."""
 
@@ -45,7 +50,9 @@ class ChunkIndexes:
     """Entries of an index, in the order appended; stands in for the list that mcap's writer has."""
 
     def __init__(self) -> None:
-        self._blocks: list[bytes] = []
+        # Filled, since pages that nobody has written to are not there yet.
+        self._room = bytearray(b"\xff" * ROOM_BYTES)
+        self._end = 0
         self._open = bytearray()
 
     def append(self, entry: Entry) -> None:
@@ -54,12 +61,23 @@ class ChunkIndexes:
         entry.write(encoded)
         self._open += encoded.end()  # type: ignore[no-untyped-call]
         if len(self._open) >= BLOCK_BYTES:
-            self._blocks.append(zlib.compress(self._open))
+            self._keep(zlib.compress(self._open))
             self._open.clear()
 
+    def _keep(self, block: bytes) -> None:
+        end = self._end + _LENGTH.size + len(block)
+        while end > len(self._room):
+            self._room += bytes(len(self._room))
+        self._room[self._end : end] = _LENGTH.pack(len(block)) + block
+        self._end = end
+
     def __iter__(self) -> Iterator[Entry]:
-        for block in self._blocks:
-            yield from _records(zlib.decompress(block))
+        start = 0
+        while start < self._end:
+            (length,) = _LENGTH.unpack_from(self._room, start)
+            start += _LENGTH.size
+            yield from _records(zlib.decompress(self._room[start : start + length]))
+            start += length
         yield from _records(bytes(self._open))
 
 

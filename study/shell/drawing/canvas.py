@@ -133,6 +133,16 @@ class Canvas:
         finally:
             self._moving = before
 
+    @contextmanager
+    def aside(self, surface: pygame.Surface) -> Iterator[None]:
+        """Draw on another surface meanwhile: what is drawn there is no part of the screen."""
+        before = self.surface, self._aside, self.parts
+        self.surface, self._aside, self.parts = surface, True, Parts()
+        try:
+            yield
+        finally:
+            self.surface, self._aside, self.parts = before
+
     def u(self, design: float) -> int:
         """Return design pixels as pixels of the surface."""
         return round(design * self.scale)
@@ -154,12 +164,8 @@ class Canvas:
         found = self._backgrounds.get(key)
         if found is None:
             found = pygame.Surface(size)
-            shown, self.surface = self.surface, found
-            before, self._aside = self._aside, True
-            try:
+            with self.aside(found):
                 paint()
-            finally:
-                self.surface, self._aside = shown, before
             self._backgrounds.keep(key, found)
         return found
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable
 
 import pygame
@@ -36,6 +37,10 @@ STYLES: dict[CueKind, PillStyle] = {
     "low": PillStyle(palette.CARD, palette.VERMILLION_TEXT, palette.VERMILLION_TEXT, None),
     "pack": PillStyle(palette.CARD, palette.GREEN_TEXT, palette.GREEN_TEXT, None),
 }
+
+
+NUMBER_STEP = 0.5
+"""Steps in which pills with numbers grow, in sizes of their text."""
 
 
 def points(amount: float) -> str:
@@ -125,10 +130,16 @@ def draw_pill(
     if width_of(words, signed=True) > room:
         words = text if text is not None else pill_text(canvas.messages, cue, short=True)
         signed = width_of(words, signed=True) <= room
-    width = min(width_of(words, signed=signed), room)
+    width = width_of(words, signed=signed)
+    if any(character.isdigit() for character in words):
+        # A box of its own for each number would be painted and kept, the rare ones late.
+        step = max(1, round(size * NUMBER_STEP))
+        width = step * math.ceil(width / step)
+    slack = max(0.0, min(width, room) - width_of(words, signed=signed))
+    width = min(width, room)
     place = pygame.Rect(round(x), round(y - size * 0.75), round(width), round(size * 1.5))
     canvas.box(place, size * 0.3, style.fill, style.edge, max(1.5, size * 0.09))
-    left = place.left + pad
+    left = place.left + pad + slack / 2
     if signed:
         _sign(cue.kind)(canvas, left + sign / 2, place.centery, sign, style.text)
         left += sign + size * 0.3

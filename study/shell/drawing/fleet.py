@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Iterator
+
 import pygame
 
 from study.events.scene import Role
@@ -15,6 +18,7 @@ from study.shell.drawing.looks import Looks, TileView, looks_of
 from study.shell.drawing.motion import Motion, fraction
 from study.shell.drawing.pictures import Pictures, Shot
 from study.shell.drawing.plate import PlateLook
+from study.shell.drawing.rehearsal import rehearsal
 from study.shell.drawing.tile import draw_moved, draw_tile
 
 SWITCHED = noted("Switched to robot {number}")
@@ -88,6 +92,19 @@ class FleetPainter:
         if message and not over_legend and (whole or changed):
             _draw_message(canvas, message, places.message)
         return None if whole else changed
+
+    def rehearsal(self, canvas: Canvas, screen: FleetScreen) -> Iterator[None]:
+        """Paint, step by step and out of sight, what may be seen in the fleet run of a screen.
+
+        Of the first robot that is the tile and the large tile, driven and not driven.
+        """
+        for tile in screen.tiles[:1]:
+            for operated in (tile.robot, -1):
+                places = layout(canvas, dataclasses.replace(screen, operated=operated))
+                alone = dataclasses.replace(screen, tiles=(tile,), operated=operated)
+                one = dataclasses.replace(places, tiles=places.tiles[:1])
+                views = self._views(canvas, alone, one, screen.t_ns, -1.0)
+                yield from rehearsal(canvas, screen.scene, views)
 
     def _layout(self, canvas: Canvas, screen: FleetScreen) -> Layout:
         """Return where a screen's parts go; thought out anew only if that may have changed."""

@@ -46,9 +46,7 @@ def draw(
     line = max(1, canvas.u(1.4))
     edged = drawn.inflate(2 * line, 2 * line)
     canvas.surface.fill(palette.INK, edged)
-    canvas.surface.blit(
-        maps.map_surface(canvas, scene, drawn.size, palette.FLOOR, palette.WALL), drawn
-    )
+    maps.draw_map(canvas, scene, drawn, palette.FLOOR, palette.WALL)
     view = maps.MapView(scene, drawn)
     # Whole pixels, as in `looks.Body`: it is drawn where its tile is said to show it.
     x, y = map(round, view.robot_point(pose.x, pose.y, driven=driven))

@@ -26,7 +26,7 @@ TEXT_ROOM = 8 << 20
 """Bytes of all lines kept together."""
 _LINES = Kept(TEXT_ROOM)
 LONGEST_NUMBER = 3
-"""Characters of a line with digits that is kept: robots' numbers are written in every picture."""
+"""Digits of a number that is kept: robots' numbers are written in every picture."""
 
 
 @functools.lru_cache(maxsize=256)
@@ -96,7 +96,8 @@ def line_surface(
     found = _LINES.get(key)
     if found is None:
         found = font(weight, size).render(text, antialias=True, color=colour)
-        if len(text) <= LONGEST_NUMBER or not any(character.isdigit() for character in text):
+        number = text.isdigit() and len(text) <= LONGEST_NUMBER
+        if number or not any(character.isdigit() for character in text):
             _LINES.keep(key, found)
     return found
 

@@ -10,6 +10,7 @@ import pygame
 from study.events.scene import DiscMark, GateMark, RectangleMark, Scene
 from study.shell.drawing import marks, palette
 from study.shell.drawing.canvas import Canvas
+from study.shell.drawing.clips import clipped
 from study.shell.drawing.palette import Colour
 
 DRIVEN_REACH = 1.6
@@ -81,32 +82,45 @@ class MapView:
         return near_x + (across - near_x) * share, near_y + (down - near_y) * share
 
 
-def map_surface(
-    canvas: Canvas, scene: Scene, size: tuple[int, int], floor: Colour, plate: Colour
-) -> pygame.Surface:
-    """Return the map without robots; painted once for each size and colouring."""
-    return canvas.background(
-        ("map", scene, size, floor, plate),
-        size,
-        lambda: _paint(canvas, scene, size, floor, plate),
-    )
-
-
-def _paint(
-    canvas: Canvas, scene: Scene, size: tuple[int, int], floor: Colour, plate: Colour
+def draw_map(
+    canvas: Canvas,
+    scene: Scene,
+    place: pygame.Rect,
+    floor: Colour,
+    plate: Colour,
+    tint: Colour | None = None,
 ) -> None:
-    place = pygame.Rect((0, 0), size)
+    """Draw the map without robots.
+
+    It is painted once for each size, floor and plate. A tint is painted over the plate: a map of
+    its own for each would take megabytes, and those of cues that are rare come late.
+    """
+    whole = pygame.Rect((0, 0), place.size)
+    picture = canvas.background(
+        ("map", scene, place.size, floor, plate),
+        place.size,
+        lambda: _paint(canvas, scene, whole, floor, plate),
+    )
+    canvas.surface.blit(picture, place)
+    if scene.plate is None or tint is None or tint == plate:
+        return
+    behind = MapView(scene, place).rectangle(RectangleMark("room", *scene.plate))
+    with clipped(canvas.surface, behind.clip(place)), canvas.aside(canvas.surface):
+        _paint(canvas, scene, place, floor, tint)
+
+
+def _paint(canvas: Canvas, scene: Scene, place: pygame.Rect, floor: Colour, plate: Colour) -> None:
     view = MapView(scene, place)
-    canvas.surface.fill(floor if scene.plate is None else plate)
+    canvas.surface.fill(floor if scene.plate is None else plate, place)
     order = ("room", "hazard", "wall")
     for mark in sorted(scene.rectangles, key=lambda mark: order.index(mark.role)):
         drawn = view.rectangle(mark)
         if mark.role == "room":
             canvas.surface.fill(floor, drawn)
         elif mark.role == "hazard":
-            marks.hatch(canvas, drawn, max(7.0, 0.031 * size[0]))
+            marks.hatch(canvas, drawn, max(7.0, 0.031 * place.width))
         else:
-            canvas.surface.fill(palette.WALL, _thickened(drawn, size[0], place))
+            canvas.surface.fill(palette.WALL, _thickened(drawn, place.width, place))
     if scene.gates:
         _draw_finish(canvas, view, scene.gates[-1])
     for disc in scene.discs:

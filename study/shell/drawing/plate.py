@@ -278,19 +278,21 @@ def draw_health(canvas: Canvas, row: HealthRow, tile: Tile, *, boxed: bool) -> N
     if tile.cue is not None and tile.cue.kind == "damage":
         lost = round(inside.width * min(1.0 - share, abs(round(tile.cue.amount, 1)) / 100))
         if lost > 1:
-            _lost_health(canvas, pygame.Rect(inside.left + filled, inside.top, lost, inside.height))
+            place = pygame.Rect(inside.left + filled, inside.top, lost, inside.height)
+            _lost_health(canvas, place, inside.width)
 
 
-def _lost_health(canvas: Canvas, place: pygame.Rect) -> None:
+def _lost_health(canvas: Canvas, place: pygame.Rect, longest: int) -> None:
+    """Hatch a piece of a health bar. The longest there may be is painted once, for all pieces."""
     pitch = max(4, round(place.height * 0.5))
 
     def paint(surface: pygame.Surface, k: float) -> None:
         surface.fill(palette.CARD)
         height = place.height * k
-        for x in range(round(-height), round(place.width * k), round(pitch * k)):
+        for x in range(round(-height), round(longest * k), round(pitch * k)):
             marks.thick_line(
                 surface, palette.VERMILLION, [(x, height), (x + height, 0)], pitch * 0.45 * k
             )
 
-    sprite = canvas.sprite(("lost", place.size, pitch), place.width, place.height, paint)
-    canvas.surface.blit(sprite, place)
+    sprite = canvas.sprite(("lost", longest, place.height), longest, place.height, paint)
+    canvas.surface.blit(sprite, place, (0, 0, *place.size))

@@ -6,7 +6,7 @@ large scale in a small window or a language of long words, is drawn at the large
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterator
 
 import pygame
 
@@ -44,6 +44,8 @@ Targets = list[tuple[str, pygame.Rect]]
 SMALLEST_FIT = 0.55
 """Pixels to a design pixel below which a screen is not reduced further: text of 11 px."""
 REDUCTION = 0.9
+REHEARSED_EVERY = 8
+"""Pictures of a fleet run between two in which something is painted that may be seen later."""
 STILL = (
     PageScreen, SurveyScreen, RevealScreen, BreakScreen, ConsentScreen, PauseScreen, EndScreen,
 )  # fmt: skip
@@ -85,6 +87,8 @@ class Renderer:
         self._scales: dict[Hashable, float] = {}
         self._last: Screen | None = None
         self._fleet_kind: Hashable = None
+        self._rehearsal: Iterator[None] | None = None
+        self._pictures = 0
         self._painter = fleet.FleetPainter(pictures)
 
     def go_on_from(self, motion: Motion) -> None:
@@ -118,9 +122,12 @@ class Renderer:
         if isinstance(screen, FleetScreen | CountdownScreen) and kind != self._fleet_kind:
             self._fleet_kind = kind
             canvas.forget()
+            self._rehearsal = None
         canvas.rescale(self._scales.get(kind, self._wanted))
         canvas.surface = surface
         self._last = screen
+        if known:
+            self._rehearse(screen)
         onto = same_surface and known and isinstance(last, FleetScreen)
         changed = self._paint(screen, now_ns, onto=onto)
         if known and isinstance(screen, FleetScreen | WaitScreen):
@@ -130,6 +137,17 @@ class Renderer:
             self._paint(screen, now_ns, onto=False)
         self._scales[kind] = canvas.scale
         return None
+
+    def _rehearse(self, screen: Screen) -> None:
+        """Paint, now and then, a little of what may be seen later in this kind of fleet run."""
+        if not isinstance(screen, FleetScreen | CountdownScreen) or self.canvas.watcher is not None:
+            return
+        if self._rehearsal is None:
+            fleet_screen = screen.fleet if isinstance(screen, CountdownScreen) else screen
+            self._rehearsal = self._painter.rehearsal(self.canvas, fleet_screen)
+        self._pictures += 1
+        if self._pictures % REHEARSED_EVERY == 0:
+            next(self._rehearsal, None)
 
     def _paint(self, screen: Screen, now_ns: int, *, onto: bool) -> list[pygame.Rect] | None:
         canvas = self.canvas

@@ -170,8 +170,7 @@ def _draw_still(canvas: Canvas, scene: Scene, shown: TileView) -> None:
     if has_picture(scene, shown):
         # Beside a picture of another shape there is floor, not a strip of the map.
         scene = dataclasses.replace(scene, rectangles=(), discs=(), gates=())
-    picture = maps.map_surface(canvas, scene, place.map.size, floor, tint)
-    canvas.surface.blit(picture, place.map)
+    maps.draw_map(canvas, scene, place.map, floor, palette.PLATE, tint)
     if not place.has_corner_plate:
         canvas.surface.fill(tint, place.plate)
     plate.draw_plate(canvas, place, tile, look)

@@ -15,7 +15,7 @@ from study.shell.drawing.drawn import Written
 from study.shell.drawing.fleet_places import tile_places
 from study.shell.drawing.header import clock_text
 from study.shell.drawing.lettering import clear_fonts, text_width, wrap
-from study.shell.drawing.renderer import Renderer
+from study.shell.drawing.renderer import REHEARSED_EVERY, Renderer
 from study.shell.drawing.reveal import axis_ticks, number_text
 from watched_drawing import watched
 
@@ -245,6 +245,8 @@ def test_rings_that_close_are_not_kept() -> None:
     landing = SCREENS["assisted_landing"]
     assert isinstance(landing, FleetScreen)
     surface, renderer = drawn("assisted_landing", SIZES[1])
+    for _ in range(REHEARSED_EVERY * 80):
+        renderer.draw(surface, landing, landing.switched_ns)
     first = renderer.canvas.sprites.bytes
     looks = set()
     for milliseconds in range(0, 300, 10):
