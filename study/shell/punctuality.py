@@ -17,8 +17,12 @@ LATE_PERIODS = 1.2
 RESOLUTION_NS = 10_000
 """Intervals are counted in steps of so much: a fleet run of hours takes no more memory than a short
 one, though the keys are looked at hundreds of times a second."""
-STEPS = 25_000
-"""Steps of which each has its count from the start, 250 ms together: longer intervals are rare."""
+FINE_STEPS = 25_000
+FINE_NS = FINE_STEPS * RESOLUTION_NS
+"""What is longer, 250 ms, is counted in coarser steps: on a busy computer there are hundreds."""
+COARSE_NS = 1_000_000
+STEPS = FINE_STEPS + 10_000
+"""Steps of which each has its count from the start, up to more than 10 s."""
 
 
 class Punctuality:
@@ -61,7 +65,8 @@ class Punctuality:
     def summary(self, t_ns: int, trial_id: int) -> TrialTiming:
         """Return what is recorded of the run, at its end.
 
-        Numbers, means and the longest are exact; the rest is to within `RESOLUTION_NS`.
+        Numbers, means and the longest are exact; the rest is to within `RESOLUTION_NS`, and to
+        within `COARSE_NS` where it is longer than 250 ms.
         """
         frames, timesteps, polls = self._frames, self._timesteps, self._polls
         return TrialTiming(
@@ -104,7 +109,7 @@ class _Intervals:
         self.number += 1
         self._total_ns += interval_ns
         self._longest_ns = max(self._longest_ns, interval_ns)
-        step = round(interval_ns / RESOLUTION_NS)
+        step = _step(interval_ns)
         (self._counts if step < STEPS else self._longer)[step] += 1
 
     @property
@@ -119,7 +124,7 @@ class _Intervals:
 
     @property
     def sd(self) -> float:
-        """Their standard deviation, s, to within `RESOLUTION_NS`; NaN if there are fewer than two.
+        """Their standard deviation, s, to within a step; NaN if there are fewer than two.
 
         All of them laid out in a row would be a megabyte for a moment, at every run's end.
         """
@@ -130,7 +135,7 @@ class _Intervals:
         return math.sqrt(float((lengths - mean) ** 2 @ times) / (self.number - 1))
 
     def quantile(self, level: float) -> float:
-        """Return a quantile of them, s, to within `RESOLUTION_NS`; NaN if there are none.
+        """Return a quantile of them, s, to within a step; NaN if there are none.
 
         Between two of them it is interpolated linearly, as by `numpy.quantile`.
         """
@@ -152,4 +157,13 @@ class _Intervals:
         times = np.concatenate(
             [counts[occurring], np.array([self._longer[step] for step in longer], dtype=np.int64)]
         )
-        return steps * (RESOLUTION_NS / SECOND), times.astype(np.int64)
+        fine = np.minimum(steps, FINE_STEPS) * RESOLUTION_NS
+        coarse = np.maximum(steps - FINE_STEPS, 0) * COARSE_NS
+        return (fine + coarse) / SECOND, times.astype(np.int64)
+
+
+def _step(interval_ns: int) -> int:
+    """Return the step in which an interval is counted."""
+    if interval_ns < FINE_NS:
+        return round(interval_ns / RESOLUTION_NS)
+    return FINE_STEPS + round((interval_ns - FINE_NS) / COARSE_NS)

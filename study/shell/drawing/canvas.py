@@ -136,12 +136,12 @@ class Canvas:
     @contextmanager
     def aside(self, surface: pygame.Surface) -> Iterator[None]:
         """Draw on another surface meanwhile: what is drawn there is no part of the screen."""
-        before = self.surface, self._aside, self.parts
-        self.surface, self._aside, self.parts = surface, True, Parts()
+        before = self.surface, self._aside
+        self.surface, self._aside = surface, True
         try:
             yield
         finally:
-            self.surface, self._aside, self.parts = before
+            self.surface, self._aside = before
 
     def u(self, design: float) -> int:
         """Return design pixels as pixels of the surface."""
@@ -186,6 +186,9 @@ class Canvas:
             paint: paints the place in full, on this canvas.
             alike: its look but for the place, if others look the same: painted once for all.
         """
+        if self._aside:
+            paint()
+            return
         place = place.clip(self.surface.get_rect())
         found = self.parts.find_at(name, key, place, alike if self.watcher is None else None)
         if found is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Iterator
 
 import pygame
@@ -15,10 +16,11 @@ from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.fleet_places import NOBODY, NOBODY_SIZE, Layout, layout, nobody_room
 from study.shell.drawing.grid import TilePlace
 from study.shell.drawing.looks import Looks, TileView, looks_of
-from study.shell.drawing.motion import Motion, fraction
+from study.shell.drawing.motion import Motion, Pose, fraction
 from study.shell.drawing.pictures import Pictures, Shot
 from study.shell.drawing.plate import PlateLook
-from study.shell.drawing.rehearsal import rehearsal
+from study.shell.drawing.rehearsal import all_cues, rehearsal
+from study.shell.drawing.robots import HEADING_STEPS, HEADINGS
 from study.shell.drawing.tile import draw_moved, draw_tile
 
 SWITCHED = noted("Switched to robot {number}")
@@ -96,15 +98,34 @@ class FleetPainter:
     def rehearsal(self, canvas: Canvas, screen: FleetScreen) -> Iterator[None]:
         """Paint, step by step and out of sight, what may be seen in the fleet run of a screen.
 
-        Of the first robot that is the tile and the large tile, driven and not driven.
+        Of the first robot that is the tile and the large tile, driven and not driven, in all
+        states; besides all robots' numbers, digits of their health, and headings.
         """
+        # The line of guidance is there for moments only, and where it is tiles are smaller.
+        screen = dataclasses.replace(screen, message="")
+        surface = pygame.Surface(canvas.size)
         for tile in screen.tiles[:1]:
             for operated in (tile.robot, -1):
-                places = layout(canvas, dataclasses.replace(screen, operated=operated))
-                alone = dataclasses.replace(screen, tiles=(tile,), operated=operated)
-                one = dataclasses.replace(places, tiles=places.tiles[:1])
-                views = self._views(canvas, alone, one, screen.t_ns, -1.0)
-                yield from rehearsal(canvas, screen.scene, views)
+                views = self._views_alone(canvas, screen, tile, operated)
+                yield from rehearsal(canvas, surface, screen.scene, views, all_cues())
+            for number in range(max(screen.robots, HEADINGS)):
+                robot = number % screen.robots
+                other = dataclasses.replace(tile, robot=robot, health=9.0 * number % 101)
+                pose = Pose(tile.x, tile.y, 2 * math.pi * number / HEADING_STEPS, ())
+                for operated in (robot, -1):
+                    views = self._views_alone(canvas, screen, other, operated)
+                    turned = [dataclasses.replace(view, pose=pose) for view in views]
+                    yield from rehearsal(canvas, surface, screen.scene, turned, [None])
+
+    def _views_alone(
+        self, canvas: Canvas, screen: FleetScreen, tile: Tile, operated: int
+    ) -> list[TileView]:
+        """Return a tile where the first one goes, and as the large one if its robot is operated."""
+        screen = dataclasses.replace(screen, operated=operated)
+        places = layout(canvas, screen)
+        alone = dataclasses.replace(screen, tiles=(tile,))
+        one = dataclasses.replace(places, tiles=places.tiles[:1])
+        return self._views(canvas, alone, one, screen.t_ns, -1.0)
 
     def _layout(self, canvas: Canvas, screen: FleetScreen) -> Layout:
         """Return where a screen's parts go; thought out anew only if that may have changed."""

@@ -17,6 +17,8 @@ from study.shell.drawing.sprites import Paint
 
 HEADING_STEPS = 180
 """Headings are drawn to the nearest 2 degrees, so that each body is painted once."""
+HEADINGS = HEADING_STEPS // 8 + 1
+"""So many of them are painted; the others are mirrored and turned."""
 DROP_TIP = 1.75
 """Reach of a drop's tip in radii."""
 HALO = 2.15

@@ -245,7 +245,7 @@ def test_rings_that_close_are_not_kept() -> None:
     landing = SCREENS["assisted_landing"]
     assert isinstance(landing, FleetScreen)
     surface, renderer = drawn("assisted_landing", SIZES[1])
-    for _ in range(REHEARSED_EVERY * 80):
+    for _ in range(REHEARSED_EVERY * 200):
         renderer.draw(surface, landing, landing.switched_ns)
     first = renderer.canvas.sprites.bytes
     looks = set()

@@ -11,10 +11,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from study.shell.punctuality import RESOLUTION_NS, Punctuality
+from study.shell.punctuality import COARSE_NS, FINE_NS, RESOLUTION_NS, Punctuality
 
 MS = 1_000_000
 PERIOD = 16_666_667
+A_MINUTE = 60 * 250
 
 
 def test_late_pictures_are_those_over_a_fifth_too_long() -> None:
@@ -63,14 +64,18 @@ def test_a_run_without_anything_states_that_nothing_is_known() -> None:
         assert math.isnan(getattr(made, name))
 
 
-@given(st.lists(st.integers(0, 3_000 * MS), min_size=2, max_size=300))
+@given(
+    st.sampled_from([240 * MS, 260 * MS, 30_000 * MS]).flatmap(
+        lambda longest: st.lists(st.integers(0, longest), min_size=2, max_size=300)
+    )
+)
 def test_numbers_are_those_of_all_intervals(intervals: list[int]) -> None:
-    """As reckoned from every single one: exactly, or to within the resolution."""
+    """As reckoned from every single one: exactly, or to within the steps that are counted in."""
     own = Punctuality(PERIOD)
     for interval in intervals:
         own.frame(interval)
     made, seconds = own.summary(0, 0), np.array(intervals) / 1e9
-    within = RESOLUTION_NS / 1e9
+    within = (RESOLUTION_NS if max(intervals) < FINE_NS else COARSE_NS) / 1e9
     assert made.frames == len(intervals)
     assert made.late_frames == np.count_nonzero(np.array(intervals) > 1.2 * PERIOD)
     assert made.frame_mean == pytest.approx(seconds.mean(), abs=1e-12)
@@ -79,17 +84,20 @@ def test_numbers_are_those_of_all_intervals(intervals: list[int]) -> None:
     assert made.frame_sd == pytest.approx(seconds.std(ddof=1), abs=within)
 
 
-def test_an_hour_takes_no_more_memory_than_a_minute() -> None:
-    """The keys are looked at 250 times a second; what was counted before costs nothing more."""
+@pytest.mark.parametrize("longest", [17, 400])
+def test_an_hour_takes_no_more_memory_than_a_minute(longest: int) -> None:
+    """The keys are looked at 250 times a second; what was counted before costs nothing more.
+
+    On a computer that is as busy as can be all intervals may be long.
+    """
     own, random = Punctuality(PERIOD), np.random.default_rng(1)
-    gaps = random.integers(0, 17 * MS, 60 * 250)
     t, sizes = 0, []
     for minute in range(61):
-        for gap in gaps.tolist():
+        for gap in random.integers(0, longest * MS, A_MINUTE).tolist():
             t += gap
             own.poll(t)
         if minute in (1, 60):
             gc.collect()
             sizes.append(sys.getallocatedblocks())
-    assert own.summary(0, 0).polls == 61 * len(gaps) - 1
+    assert own.summary(0, 0).polls == 61 * A_MINUTE - 1
     assert sizes[1] - sizes[0] < 2000

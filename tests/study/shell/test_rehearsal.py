@@ -11,14 +11,14 @@ import pytest
 import sample_screens as samples
 from study.messages import messages_for
 from study.screens import Cue, CueKind, FleetScreen, View
-from study.shell.drawing import cues, maps, palette
+from study.shell.drawing import cues, lettering, maps, palette
 from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.lettering import clear_fonts
 from study.shell.drawing.renderer import REHEARSED_EVERY, Renderer
 
 SIZE = (1280, 960)
 VIEWS: list[View] = ["tiles", "enlarged", "operated_only"]
-MOST_STEPS = 80
+MOST_STEPS = 200
 
 
 @pytest.fixture(autouse=True)
@@ -44,10 +44,14 @@ def rehearsed(screen: FleetScreen) -> tuple[Renderer, pygame.Surface]:
     return renderer, surface
 
 
+def kept_bytes(canvas: Canvas) -> int:
+    return canvas.sprites.bytes + canvas._backgrounds.bytes + lettering._LINES.bytes
+
+
 def show_all_cues(renderer: Renderer, surface: pygame.Surface, screen: FleetScreen) -> int:
-    """Show each cue in each tile; return by how many bytes that is kept has grown."""
+    """Show each cue in each tile, and drive each robot; return how many bytes more are kept."""
     canvas = renderer.canvas
-    before = canvas.sprites.bytes + canvas._backgrounds.bytes
+    before = kept_bytes(canvas)
     for number, kind in enumerate(cues.STYLES):
         for amount in (2.0, 17.0, 64.0):
             t_ns = samples.T_NS + number
@@ -55,7 +59,9 @@ def show_all_cues(renderer: Renderer, surface: pygame.Surface, screen: FleetScre
                 dataclasses.replace(tile, cue=Cue(kind, amount, t_ns)) for tile in screen.tiles
             )
             renderer.draw(surface, dataclasses.replace(screen, tiles=cued), t_ns)
-    return canvas.sprites.bytes + canvas._backgrounds.bytes - before
+    for tile in screen.tiles:
+        renderer.draw(surface, dataclasses.replace(screen, operated=tile.robot), samples.T_NS + 99)
+    return kept_bytes(canvas) - before
 
 
 @pytest.mark.parametrize("view", VIEWS)
