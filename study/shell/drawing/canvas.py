@@ -187,6 +187,7 @@ class Canvas:
             alike: its look but for the place, if others look the same: painted once for all.
         """
         if self._aside:
+            # What is remembered is how the screen looks.
             paint()
             return
         place = place.clip(self.surface.get_rect())

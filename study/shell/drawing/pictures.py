@@ -85,6 +85,9 @@ def draw_picture(canvas: Canvas, shot: Shot | None, place: pygame.Rect) -> None:
         shot: the picture; None leaves the place empty, as in an illustration.
         place: where, pixels; all of it is painted.
     """
+    if not canvas.surface.get_clip().colliderect(place):
+        # Enlarging it would take a millisecond all the same.
+        return
     if shot is None or shot.pixels is None:
         canvas.surface.fill(palette.FLOOR, place)
     if shot is None:
