@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterator
+from contextlib import contextmanager
 
 import pygame
 
@@ -21,6 +22,7 @@ class Kept:
     def __init__(self, room: int) -> None:
         self._room = room
         self._bytes = 0
+        self._closed = False
         self._surfaces: OrderedDict[Hashable, pygame.Surface] = OrderedDict()
 
     def __len__(self) -> int:
@@ -40,11 +42,22 @@ class Kept:
 
     def keep(self, key: Hashable, surface: pygame.Surface) -> None:
         """Keep a surface under a key that has none; others make room. The newest always stays."""
+        if self._closed:
+            return
         self._surfaces[key] = surface
         self._bytes += size_of(surface)
         while self._bytes > self._room and len(self._surfaces) > 1:
             _, gone = self._surfaces.popitem(last=False)
             self._bytes -= size_of(gone)
+
+    @contextmanager
+    def closed(self) -> Iterator[None]:
+        """Keep no more than there is, meanwhile."""
+        before, self._closed = self._closed, True
+        try:
+            yield
+        finally:
+            self._closed = before
 
     def clear(self) -> None:
         """Keep nothing."""

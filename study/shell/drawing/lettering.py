@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
 
@@ -45,6 +47,13 @@ def clear_fonts() -> None:
 def forget_lines() -> None:
     """Keep no rendered line."""
     _LINES.clear()
+
+
+@contextmanager
+def no_more_lines() -> Iterator[None]:
+    """Keep no further lines meanwhile: those of a page are of no use to what is shown after it."""
+    with _LINES.closed():
+        yield
 
 
 @functools.lru_cache(maxsize=256)

@@ -6,6 +6,7 @@ large scale in a small window or a language of long words, is drawn at the large
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Hashable, Iterator
 
 import pygame
@@ -37,6 +38,7 @@ from study.shell.drawing import (
     waiting,
 )
 from study.shell.drawing.canvas import Canvas
+from study.shell.drawing.lettering import no_more_lines
 from study.shell.drawing.motion import Motion
 from study.shell.drawing.pictures import Pictures
 
@@ -150,6 +152,10 @@ class Renderer:
             next(self._rehearsal, None)
 
     def _paint(self, screen: Screen, now_ns: int, *, onto: bool) -> list[pygame.Rect] | None:
+        with no_more_lines() if isinstance(screen, STILL) else contextlib.nullcontext():
+            return self._paint_kind(screen, now_ns, onto=onto)
+
+    def _paint_kind(self, screen: Screen, now_ns: int, *, onto: bool) -> list[pygame.Rect] | None:
         canvas = self.canvas
         canvas.begin()
         match screen:

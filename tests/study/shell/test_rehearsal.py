@@ -122,3 +122,16 @@ def test_pills_with_numbers_have_few_widths(kind: CueKind) -> None:
         assert pill.contains(text.place)
         assert canvas.overflows == []
     assert 1 < len(widths) <= 5
+
+
+@pytest.mark.parametrize("name", ["pause", "survey_three", "page_ready", "reveal"])
+def test_a_page_in_between_leaves_no_lines(name: str) -> None:
+    """A pause in the fiftieth minute takes no memory that stays; a fleet run's lines do stay."""
+    screen = fleet("tiles")
+    renderer, surface = rehearsed(screen)
+    before = lettering._LINES.bytes
+    renderer.draw(surface, samples.samples()[name], samples.T_NS)
+    assert renderer.canvas.written
+    assert lettering._LINES.bytes == before > 0
+    renderer.draw(surface, screen, samples.T_NS)
+    assert lettering._LINES.bytes == before
