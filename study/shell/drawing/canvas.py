@@ -24,25 +24,14 @@ from study.shell.drawing.lettering import (
 )
 from study.shell.drawing.palette import Colour
 from study.shell.drawing.parts import Part, Parts
+from study.shell.drawing.scaling import ui_scale
 from study.shell.drawing.sprites import Paint, Sprites
 
-SMALLEST_SCALE = 0.85
-"""Below this, body text of 19 px would fall under 16 px."""
 SHRINK = 0.72
 """Text that does not fit may shrink to this share of its size before it counts as clipped."""
 LEADING = 1.42
 BACKGROUND_ROOM = 64 << 20
 """Bytes of all backgrounds together: four that fill the largest window, or many small ones."""
-
-
-def ui_scale(size: tuple[int, int], factor: float = 1.0) -> float:
-    """Return how many pixels one design pixel (of 1280x960) takes in a window.
-
-    Args:
-        size: of the window, pixels.
-        factor: the user's wish, 1 for none.
-    """
-    return max(SMALLEST_SCALE, min(size[0] / 1280, size[1] / 960)) * factor
 
 
 class Canvas:
