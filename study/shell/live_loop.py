@@ -299,6 +299,8 @@ class LiveLoop:
             self._next_pair_ns = now + CLOCK_PAIR_EVERY_NS
             t_ns = self._clock.now()
             self._conductor.observe(ClockPair(t_ns, time.time_ns()))
+            # Else Python's lists of free objects grow for the better part of an hour.
+            gc.collect()
             give_holes_back()
         if now >= self._next_health_ns:
             self._next_health_ns = now + HEALTH_EVERY_NS
