@@ -12,6 +12,7 @@ from study.messages import Messages, noted
 from study.screens import Cue, CueKind
 from study.shell.drawing import marks, palette
 from study.shell.drawing.canvas import Canvas
+from study.shell.drawing.lettering import has_digit
 from study.shell.drawing.palette import Colour
 
 
@@ -130,13 +131,13 @@ def draw_pill(
     if width_of(words, signed=True) > room:
         words = text if text is not None else pill_text(canvas.messages, cue, short=True)
         signed = width_of(words, signed=True) <= room
-    width = width_of(words, signed=signed)
-    if any(character.isdigit() for character in words):
+    width = needed = width_of(words, signed=signed)
+    if has_digit(words):
         # A box of its own for each number would be painted and kept, the rare ones late.
         step = max(1, round(size * NUMBER_STEP))
-        width = step * math.ceil(width / step)
-    slack = max(0.0, min(width, room) - width_of(words, signed=signed))
+        width = step * math.ceil(needed / step)
     width = min(width, room)
+    slack = max(0.0, width - needed)
     place = pygame.Rect(round(x), round(y - size * 0.75), round(width), round(size * 1.5))
     canvas.box(place, size * 0.3, style.fill, style.edge, max(1.5, size * 0.09))
     left = place.left + pad + slack / 2

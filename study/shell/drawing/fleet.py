@@ -103,11 +103,10 @@ class FleetPainter:
         """
         # The line of guidance is there for moments only, and where it is tiles are smaller.
         screen = dataclasses.replace(screen, message="")
-        surface = pygame.Surface(canvas.size)
         for tile in screen.tiles[:1]:
             for operated in (tile.robot, -1):
                 views = self._views_alone(canvas, screen, tile, operated)
-                yield from rehearsal(canvas, surface, screen.scene, views, all_cues())
+                yield from rehearsal(canvas, screen.scene, views, all_cues(canvas.messages))
             for number in range(max(screen.robots, HEADINGS)):
                 robot = number % screen.robots
                 other = dataclasses.replace(tile, robot=robot, health=9.0 * number % 101)
@@ -115,7 +114,7 @@ class FleetPainter:
                 for operated in (robot, -1):
                     views = self._views_alone(canvas, screen, other, operated)
                     turned = [dataclasses.replace(view, pose=pose) for view in views]
-                    yield from rehearsal(canvas, surface, screen.scene, turned, [None])
+                    yield from rehearsal(canvas, screen.scene, turned, [None])
 
     def _views_alone(
         self, canvas: Canvas, screen: FleetScreen, tile: Tile, operated: int

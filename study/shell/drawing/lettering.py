@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Literal
 
@@ -49,11 +48,14 @@ def forget_lines() -> None:
     _LINES.clear()
 
 
-@contextmanager
-def no_more_lines() -> Iterator[None]:
+def no_more_lines() -> AbstractContextManager[None]:
     """Keep no further lines meanwhile: those of a page are of no use to what is shown after it."""
-    with _LINES.closed():
-        yield
+    return _LINES.closed()
+
+
+def has_digit(text: str) -> bool:
+    """Return whether a line counts something: it may have hundreds of looks."""
+    return any(character.isdigit() for character in text)
 
 
 @functools.lru_cache(maxsize=256)
@@ -106,7 +108,7 @@ def line_surface(
     if found is None:
         found = font(weight, size).render(text, antialias=True, color=colour)
         number = text.isdigit() and len(text) <= LONGEST_NUMBER
-        if number or not any(character.isdigit() for character in text):
+        if number or not has_digit(text):
             _LINES.keep(key, found)
     return found
 

@@ -11,6 +11,7 @@ from study.events.scene import DiscMark, GateMark, RectangleMark, Scene
 from study.shell.drawing import marks, palette
 from study.shell.drawing.canvas import Canvas
 from study.shell.drawing.clips import clipped
+from study.shell.drawing.grid import plate_on
 from study.shell.drawing.palette import Colour
 
 DRIVEN_REACH = 1.6
@@ -104,8 +105,7 @@ def draw_map(
     canvas.surface.blit(picture, place)
     if scene.plate is None or tint is None or tint == plate:
         return
-    behind = MapView(scene, place).rectangle(RectangleMark("room", *scene.plate))
-    with clipped(canvas.surface, behind.clip(place)), canvas.aside(canvas.surface):
+    with clipped(canvas.surface, plate_on(scene, place, 0)), canvas.aside(canvas.surface):
         _paint(canvas, scene, place, floor, tint)
 
 

@@ -89,7 +89,7 @@ class Renderer:
         self._scales: dict[Hashable, float] = {}
         self._last: Screen | None = None
         self._fleet_kind: Hashable = None
-        self._rehearsal: Iterator[None] | None = None
+        self._rehearsal: Iterator[None] = iter(())
         self._pictures = 0
         self._painter = fleet.FleetPainter(pictures)
 
@@ -124,12 +124,13 @@ class Renderer:
         if isinstance(screen, FleetScreen | CountdownScreen) and kind != self._fleet_kind:
             self._fleet_kind = kind
             canvas.forget()
-            self._rehearsal = None
+            fleet_screen = screen.fleet if isinstance(screen, CountdownScreen) else screen
+            self._rehearsal = self._painter.rehearsal(canvas, fleet_screen)
         canvas.rescale(self._scales.get(kind, self._wanted))
         canvas.surface = surface
         self._last = screen
-        if known:
-            self._rehearse(screen)
+        if known and isinstance(screen, FleetScreen | CountdownScreen):
+            self._rehearse()
         onto = same_surface and known and isinstance(last, FleetScreen)
         changed = self._paint(screen, now_ns, onto=onto)
         if known and isinstance(screen, FleetScreen | WaitScreen):
@@ -140,13 +141,8 @@ class Renderer:
         self._scales[kind] = canvas.scale
         return None
 
-    def _rehearse(self, screen: Screen) -> None:
+    def _rehearse(self) -> None:
         """Paint, now and then, a little of what may be seen later in this kind of fleet run."""
-        if not isinstance(screen, FleetScreen | CountdownScreen) or self.canvas.watcher is not None:
-            return
-        if self._rehearsal is None:
-            fleet_screen = screen.fleet if isinstance(screen, CountdownScreen) else screen
-            self._rehearsal = self._painter.rehearsal(self.canvas, fleet_screen)
         self._pictures += 1
         if self._pictures % REHEARSED_EVERY == 0:
             next(self._rehearsal, None)
