@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import gc
+from collections.abc import Iterator
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 # Imports only add objects; until all are collected, walking them would be in vain.
@@ -21,3 +23,16 @@ def pytest_collection_finish() -> None:
     gc.collect()
     gc.freeze()
     gc.enable()
+
+
+@pytest.fixture
+def fonts() -> Iterator[None]:
+    """Fonts without a window; they are forgotten before the next test."""
+    # Most tests draw nothing.
+    import pygame
+
+    from study.shell.drawing.lettering import clear_fonts
+
+    pygame.font.init()
+    yield
+    clear_fonts()

@@ -13,7 +13,7 @@ from study.messages import messages_for, pseudo
 from study.screens import FleetScreen, Screen
 from study.shell.drawing.drawn import Boxed, Written
 from study.shell.drawing.palette import Colour
-from study.shell.drawing.renderer import Renderer
+from study.shell.drawing.renderer import REHEARSED_EVERY, Renderer
 
 WORDS = frozenset(
     {
@@ -23,6 +23,16 @@ WORDS = frozenset(
 )  # fmt: skip
 """Fields of screens that hold words."""
 LISTS = frozenset({"paragraphs", "labels", "keys"})
+MOST_STEPS = 200
+"""Of a rehearsal."""
+
+
+def show_until_rehearsed(
+    renderer: Renderer, surface: pygame.Surface, screen: FleetScreen, now_ns: int
+) -> None:
+    """Show a fleet run until all that may be seen in it has been painted."""
+    for _ in range(REHEARSED_EVERY * MOST_STEPS):
+        renderer.draw(surface, screen, now_ns)
 
 
 def in_pseudo(value: Any) -> Any:

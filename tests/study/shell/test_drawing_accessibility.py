@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from itertools import combinations
 
-import pygame
 import pytest
 
 import sample_screens as samples
@@ -14,9 +12,10 @@ from study.messages import messages_for
 from study.screens import Cue, CueKind, Screen
 from study.shell.drawing import cues, palette
 from study.shell.drawing.drawn import Boxed, Written
-from study.shell.drawing.lettering import clear_fonts
 from study.shell.drawing.palette import Colour, contrast
 from watched_drawing import fleets, watched
+
+pytestmark = pytest.mark.usefixtures("fonts")
 
 SCREENS: dict[str, Screen] = {**fleets(), **samples.samples()}
 TEXT, MARK = 4.5, 3.0
@@ -25,13 +24,6 @@ DECORATION = {palette.LINE}
 """Edges of cards, which say nothing."""
 SHARE = 0.15
 """Share of a text's ground from which a colour counts; less is an edge that it touches."""
-
-
-@pytest.fixture(autouse=True)
-def _fonts() -> Iterator[None]:
-    pygame.font.init()
-    yield
-    clear_fonts()
 
 
 @pytest.mark.parametrize("name", SCREENS)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterator
 
 import pygame
 import pytest
@@ -13,10 +12,11 @@ import sample_screens as samples
 from study.screens import ConsentScreen, CountdownScreen, Cue, PageScreen, Screen, View
 from study.shell.drawing.drawn import Boxed, Written
 from study.shell.drawing.fleet_places import NOBODY, layout
-from study.shell.drawing.lettering import clear_fonts
 from study.shell.drawing.maps import MapView
 from study.shell.drawing.renderer import SMALLEST_FIT, Renderer
 from watched_drawing import Seen, fleets, watched
+
+pytestmark = pytest.mark.usefixtures("fonts")
 
 SIZES = [((1280, 720), 1.0), ((1280, 720), 2.0), ((1920, 1080), 1.5), ((2560, 1440), 2.0)]
 EVERY_TIME = [((1280, 720), 1.0, "en"), ((1280, 720), 2.0, "pseudo"), ((2560, 1440), 2.0, "en")]
@@ -36,13 +36,6 @@ SCREENS: dict[str, Screen] = {
 }
 KEY_SIGNS = re.compile(r"^(.|[0-9]+)$")
 """What stands on keys and robots is no word: single signs and numbers."""
-
-
-@pytest.fixture(autouse=True)
-def _fonts() -> Iterator[None]:
-    pygame.font.init()
-    yield
-    clear_fonts()
 
 
 def problems(size: tuple[int, int], renderer: Renderer, seen: list[Seen]) -> list[str]:

@@ -19,17 +19,13 @@ from study.shell.drawing.fleet_places import layout, tile_places
 from study.shell.drawing.pictures import NO_PICTURE, Pictures
 from study.shell.drawing.renderer import Renderer
 
+pytestmark = pytest.mark.usefixtures("fonts")
+
 SIZE = (1280, 960)
 CAMERA = Scene(15.0, 10.0, (), (), None, 0.35, camera=True)
 ROOMS = dataclasses.replace(samples.SCENE, camera=True)
 """Rooms that pictures are taken of."""
 SMALL_MAP = dataclasses.replace(ROOMS, inset=True)
-
-
-@pytest.fixture(autouse=True)
-def fonts() -> None:
-    """Fonts without a window."""
-    pygame.font.init()
 
 
 def fleet(robots: int = 4, scene: Scene = CAMERA, **changes: object) -> FleetScreen:

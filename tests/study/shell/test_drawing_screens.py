@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections.abc import Iterator
 
 import pygame
 import pytest
@@ -14,20 +13,15 @@ from study.screens import FleetScreen, SurveyScreen
 from study.shell.drawing.drawn import Written
 from study.shell.drawing.fleet_places import tile_places
 from study.shell.drawing.header import clock_text
-from study.shell.drawing.lettering import clear_fonts, text_width, wrap
-from study.shell.drawing.renderer import REHEARSED_EVERY, Renderer
+from study.shell.drawing.lettering import text_width, wrap
+from study.shell.drawing.renderer import Renderer
 from study.shell.drawing.reveal import axis_ticks, number_text
-from watched_drawing import watched
+from watched_drawing import show_until_rehearsed, watched
+
+pytestmark = pytest.mark.usefixtures("fonts")
 
 SIZES = [(1280, 720), (1280, 960), (1920, 1080), (2560, 1440)]
 SCREENS = samples.samples()
-
-
-@pytest.fixture(autouse=True)
-def _fonts() -> Iterator[None]:
-    pygame.font.init()
-    yield
-    clear_fonts()
 
 
 def drawn(name: str, size: tuple[int, int]) -> tuple[pygame.Surface, Renderer]:
@@ -245,8 +239,7 @@ def test_rings_that_close_are_not_kept() -> None:
     landing = SCREENS["assisted_landing"]
     assert isinstance(landing, FleetScreen)
     surface, renderer = drawn("assisted_landing", SIZES[1])
-    for _ in range(REHEARSED_EVERY * 200):
-        renderer.draw(surface, landing, landing.switched_ns)
+    show_until_rehearsed(renderer, surface, landing, landing.switched_ns)
     first = renderer.canvas.sprites.bytes
     looks = set()
     for milliseconds in range(0, 300, 10):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
 
 import pygame
 import pytest
@@ -13,19 +12,13 @@ from study.messages import messages_for
 from study.screens import Cue, CueKind, FleetScreen, View
 from study.shell.drawing import cues, lettering, maps, palette
 from study.shell.drawing.canvas import Canvas
-from study.shell.drawing.lettering import clear_fonts
-from study.shell.drawing.renderer import REHEARSED_EVERY, Renderer
+from study.shell.drawing.renderer import Renderer
+from watched_drawing import show_until_rehearsed
+
+pytestmark = pytest.mark.usefixtures("fonts")
 
 SIZE = (1280, 960)
 VIEWS: list[View] = ["tiles", "enlarged", "operated_only"]
-MOST_STEPS = 200
-
-
-@pytest.fixture(autouse=True)
-def _fonts() -> Iterator[None]:
-    pygame.font.init()
-    yield
-    clear_fonts()
 
 
 def fleet(view: View) -> FleetScreen:
@@ -39,8 +32,7 @@ def fleet(view: View) -> FleetScreen:
 def rehearsed(screen: FleetScreen) -> tuple[Renderer, pygame.Surface]:
     """Show a screen for as long as a rehearsal takes."""
     renderer, surface = Renderer(SIZE), pygame.Surface(SIZE)
-    for _ in range(REHEARSED_EVERY * MOST_STEPS):
-        renderer.draw(surface, screen, samples.T_NS)
+    show_until_rehearsed(renderer, surface, screen, samples.T_NS)
     return renderer, surface
 
 
