@@ -5,9 +5,10 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
-from study.recording.enrolled import FILE_NAME, not_analysed
+from study.recording.enrolled import not_analysed
 from study.recording.identity import PILOT
 from study.recording.parts import SessionRecording
+from study.recording.register_folders import register_folder
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -35,7 +36,7 @@ class SetAside:
 
 
 class LeftOut:
-    """Asks the register and the tombstones beside recordings; each folder is read once."""
+    """Asks register and tombstones, beside recordings or above them; each folder is read once."""
 
     def __init__(self) -> None:
         self._reasons: dict[Path, dict[tuple[str, str], str]] = {}
@@ -57,7 +58,7 @@ class LeftOut:
             self._reasons[folder] = not_analysed(folder)
         found = self._reasons[folder].get((study, participant), "")
         # Where there is a register, it says who is a pilot: marks can be changed.
-        unregistered = not (folder / FILE_NAME).exists()
+        unregistered = register_folder(folder) is None
         if not found and unregistered and recording.metadata.get(PILOT) == "true":
             return "a pilot session"
         return found

@@ -8,7 +8,7 @@ from study.recording.enrolled import planned_orders
 
 
 class PlannedOrders:
-    """Asks the register beside recordings; each folder's is read once."""
+    """Asks the register beside recordings or above them; each folder's is read once."""
 
     def __init__(self) -> None:
         self._known: dict[Path, dict[tuple[str, str], tuple[str, ...]]] = {}

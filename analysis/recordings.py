@@ -21,6 +21,7 @@ from study.errors import ProtocolError, RecordingError, StudyError
 from study.events.events import SessionEnded, TrialEnded, TrialStarted
 from study.events.inputs import SessionOpened
 from study.events.task_description import TaskDescription
+from study.recording.exported import export_of
 from study.recording.file_lock import is_held
 from study.recording.parts import SessionRecording, join_parts, part_files
 from study.recording.reader import Recording, read_recording
@@ -164,6 +165,10 @@ def load_recordings(paths: Sequence[Path], *, pool: bool = False) -> StudyRecord
     for path in find_files(paths):
         if is_held(path):
             set_aside.append(SetAside(path.name, "", "it is still being written"))
+            continue
+        if export := export_of(path):
+            reason = f"a Foxglove export of {', '.join(export.files)[:300]}"
+            set_aside.append(SetAside(path.name, export.participant, reason))
             continue
         try:
             recordings.append(read_recording(path))

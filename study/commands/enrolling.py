@@ -14,6 +14,7 @@ from study.commands.composing import Assignment, parse_order, seed_from
 from study.commands.given import refuse_new_name
 from study.commands.resuming import Boundary
 from study.commands.terminal import errors
+from study.enrolment.files import files_in_words, out_of_reach
 from study.enrolment.importing import NOT_UNDERSTOOD, bring_in_step
 from study.enrolment.participants import HOLDING, Participant
 from study.enrolment.pseudonyms import check_participant
@@ -265,6 +266,7 @@ class Enrolled:
         try:
             with Register(self._folder) as register:
                 erased = withdraw(register, self._study, self._participant)
+                missed = out_of_reach(register, self._study, self._participant)
         except StudyError as error:
             # What was recorded just now goes all the same: for that no register is needed.
             unlink(paths, _REMOVE)
@@ -279,17 +281,16 @@ class Enrolled:
         # The recorder names its files from the root, the register from where it was opened.
         files = sorted({path.resolve() for path in (*erased, *paths)})
         errors.print(
-            f"{self._participant} had all data erased: {files_in_words(files)}. A tombstone is "
-            f"kept: pseudonym and time.\n{BY_HAND}"
+            f"{self._participant} had all data erased: {escape(files_in_words(files))}. A "
+            f"tombstone is kept: pseudonym and time.\n{BY_HAND}"
         )
+        tell_out_of_reach(missed)
 
 
-def files_in_words(files: Sequence[Path]) -> str:
-    """Return how many files there are and what they are called, for the terminal."""
-    if not files:
-        return "there was no file"
-    names = escape(", ".join(path.name for path in files))
-    return f"{len(files)} file{'s' * (len(files) != 1)}, {names}"
+def tell_out_of_reach(missed: Sequence[str]) -> None:
+    """Say where a withdrawn participant's data are that were not erased."""
+    for place in missed:
+        errors.print(f"[bold yellow]Not erased:[/] {escape(place)}")
 
 
 def _warn(error: StudyError) -> None:

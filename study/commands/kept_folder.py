@@ -6,8 +6,8 @@ from pathlib import Path
 
 from study.commands.clearing import is_simulated
 from study.errors import StudyError
-from study.recording.enrolled import FILE_NAME, TOMBSTONES
-from study.recording.parts import recordings_in
+from study.recording.enrolled import TOMBSTONES
+from study.recording.register_folders import FILE_NAME, recordings_under, register_folder
 
 
 def check_kept(folder: Path) -> None:
@@ -15,7 +15,7 @@ def check_kept(folder: Path) -> None:
 
     Raises:
         StudyError: it is not there, is a file, has neither register nor recordings, or has no
-            register and recordings of simulated participants only.
+            register and recordings of simulated participants only, or those of a folder above.
     """
     if not folder.is_dir():
         what = "is a file" if folder.exists() else "is not there"
@@ -23,7 +23,12 @@ def check_kept(folder: Path) -> None:
     kept = any((folder / name).exists() for name in (FILE_NAME, TOMBSTONES))
     if kept:
         return
-    recordings = recordings_in(folder)
+    if above := register_folder(folder):
+        raise StudyError(
+            f"the recordings in {folder} belong to the register of the folder {above}",
+            "Give that folder.",
+        )
+    recordings = recordings_under(folder)
     if not recordings:
         raise StudyError(
             f"{folder} holds neither a register of participants nor recordings",

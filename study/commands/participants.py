@@ -12,11 +12,12 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from study.commands.enrolling import BY_HAND, files_in_words
+from study.commands.enrolling import BY_HAND, tell_out_of_reach
 from study.commands.kept_folder import check_kept
 from study.commands.participants_table import participants_tables
 from study.commands.terminal import console, errors
 from study.enrolment import editing
+from study.enrolment.files import files_in_words, out_of_reach
 from study.enrolment.importing import bring_in_step
 from study.enrolment.participants import HOLDING, Participant
 from study.enrolment.pseudonyms import PARTICIPANT
@@ -213,16 +214,20 @@ def _edit(register: Register, known: Participant, action: str, text: str) -> Non
 
 def _withdraw(register: Register, known: Participant, *, yes: bool) -> None:
     for path in to_be_erased(register, known):
-        console.print(f"To be erased: {escape(str(path))}")
+        inside = path.resolve().is_relative_to(register.folder.resolve())
+        outside = "" if inside else f" (not in {register.folder})"
+        console.print(f"To be erased: {escape(str(path) + outside)}")
     if not yes:
         if not sys.stdin.isatty():
             raise StudyError("nobody can be asked here", "Say --yes to erase without being asked.")
         confirm(f"Erase all data of {known.pseudonym} for good?")
     erased = withdraw(register, known.study, known.pseudonym)
+    missed = out_of_reach(register, known.study, known.pseudonym)
     console.print(
-        f"{known.pseudonym} withdrew, and all data were erased: {files_in_words(erased)}. "
-        "A tombstone is kept: pseudonym and time."
+        f"{known.pseudonym} withdrew, and {'these' if missed else 'all'} data were erased: "
+        f"{escape(files_in_words(erased))}. A tombstone is kept: pseudonym and time."
     )
+    tell_out_of_reach(missed)
     errors.print(BY_HAND)
 
 

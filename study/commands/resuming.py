@@ -25,6 +25,7 @@ from study.recording.parts import (
     recordings_in,
 )
 from study.recording.reader import Recording, read_recording
+from study.recording.register_folders import recordings_under
 from study.recording.wire import decode, encode, record_types_by_topic
 from study.session.session import Session
 
@@ -112,11 +113,7 @@ def find_boundary(loaded: LoadedProtocol, participant: str, folder: Path) -> Bou
     if recording is None:
         if participant in tombstones(folder).get(loaded.protocol.study.name, {}):
             raise withdrawn(participant)
-        raise StudyError(
-            f'no recording of participant "{participant}" in the study '
-            f"{loaded.protocol.study.name} in {folder}",
-            "Check id and folder, or leave out --resume to start the session.",
-        )
+        raise _not_there(loaded.protocol.study.name, participant, folder)
     if is_complete(recording):
         raise StudyError(
             f'the session of participant "{participant}" is complete: {recording.path.name}',
@@ -130,6 +127,18 @@ def find_boundary(loaded: LoadedProtocol, participant: str, folder: Path) -> Bou
             f"Give the file as it was: `study protocol {recording.path}` writes it anew.",
         )
     return restore(recording)
+
+
+def _not_there(study: str, participant: str, folder: Path) -> StudyError:
+    """Return the refusal of a participant of whom nothing lies beside the register."""
+    beginning = f"{study}_{participant}_"
+    moved = [path for path in recordings_under(folder) if path.name.startswith(beginning)]
+    return StudyError(
+        f'no recording of participant "{participant}" in the study {study} in {folder}',
+        f"There is {moved[0]}: put it, with its other parts, into {folder}."
+        if moved
+        else "Check id and folder, or leave out --resume to start the session.",
+    )
 
 
 def last_session(loaded: LoadedProtocol, participant: str, folder: Path) -> SessionRecording | None:

@@ -13,7 +13,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from study.errors import StudyError
-from study.recording.enrolled import APPLICATION_ID, FILE_NAME, VERSION
+from study.recording.enrolled import APPLICATION_ID, VERSION
+from study.recording.register_folders import FILE_NAME
 
 PATIENCE_S = 30.0
 """How long another process's transaction is waited for; one takes some milliseconds."""

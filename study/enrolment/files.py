@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 from study.enrolment.register import Register
 from study.errors import StudyError
 from study.protocol import parse_protocol
+from study.recording.exported import export_of
 from study.recording.reader import read_recording
+from study.recording.register_folders import under
 
 
 def files_of(register: Register, study: str, pseudonym: str) -> list[Path]:
-    """Return the files that hold a participant's data: those noted, and all found in the folder.
+    """Return the files that hold a participant's data: those noted, and all found by looking.
 
-    A file in the folder is the participant's by its metadata, or, where it cannot be read, by the
-    name that a session gave it: parts, unfinished files and salvaged copies too.
+    Looked through are the register's folder and those under it that have no register of their
+    own. A file there is the participant's by its metadata, or, where it cannot be read, by the
+    name that a session gave it: parts, unfinished files, salvaged copies and exports too.
     """
     folder = register.folder
     with register.transaction():
@@ -23,14 +27,39 @@ def files_of(register: Register, study: str, pseudonym: str) -> list[Path]:
             "SELECT path FROM files WHERE study = ? AND pseudonym = ?", (study, pseudonym)
         ).fetchall()
     found = {folder / row[0] for row in rows}
-    for path in folder.glob("*.mcap*"):
-        if _is_of(path, study, pseudonym):
-            found.add(path)
+    found.update(path for path in under(folder).files if _is_of(path, study, pseudonym))
     return sorted(path for path in found if path.is_file())
 
 
+def out_of_reach(register: Register, study: str, pseudonym: str) -> list[str]:
+    """Say, a sentence each, where data of a participant are or may be that the register misses."""
+    seen = under(register.folder)
+    told = [f"{place} cannot be looked into." for place in seen.unseen]
+    for place in seen.registers:
+        there = [path for path in place.rglob("*.mcap*") if _is_of(path, study, pseudonym)]
+        if there:
+            told.append(
+                f"{place} has a register of its own, and {files_in_words(there)} of {pseudonym}. "
+                f"Say `study participants withdraw {pseudonym} {place}` too."
+            )
+    return told
+
+
+def files_in_words(files: Sequence[Path]) -> str:
+    """Return how many files there are and what they are called."""
+    if not files:
+        return "there was no file"
+    names = ", ".join(path.name for path in files)
+    return f"{len(files)} file{'s' * (len(files) != 1)}, {names}"
+
+
 def _is_of(path: Path, study: str, pseudonym: str) -> bool:
-    """Whether a file is a recording of the participant in the study."""
+    """Whether a file is a recording of the participant in the study, or an export of one."""
+    begins = rf"{re.escape(study)}_{re.escape(pseudonym)}_\d{{8}}T\d{{6}}_"
+    if export := export_of(path):
+        if export.participant:
+            return (export.study, export.participant) == (study, pseudonym)
+        return any(re.match(begins, name) for name in export.files)
     try:
         recording = read_recording(path)
         if whose := recording.metadata.get("participant"):
@@ -39,5 +68,4 @@ def _is_of(path: Path, study: str, pseudonym: str) -> bool:
     except (StudyError, UnicodeDecodeError):
         pass
     # The time in it tells P01 from P01_b, whose data must not be erased with those of P01.
-    begins = rf"{re.escape(study)}_{re.escape(pseudonym)}_\d{{8}}T\d{{6}}_"
     return re.match(begins, path.name) is not None

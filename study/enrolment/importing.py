@@ -14,9 +14,10 @@ from study.errors import StudyError
 from study.events.events import SessionEnded
 from study.events.inputs import SessionOpened
 from study.protocol import parse_protocol
-from study.recording.enrolled import FILE_NAME, tombstones
+from study.recording.enrolled import tombstones
 from study.recording.identity import PILOT
-from study.recording.parts import SessionRecording, base_name, read_session, recordings_in
+from study.recording.parts import SessionRecording, base_name, read_session
+from study.recording.register_folders import recordings_under, register_folder
 
 NOT_UNDERSTOOD = "the instructions were not understood"
 """Reason of a session that ended because the comprehension check was failed."""
@@ -59,21 +60,21 @@ def bring_in_step(register: Register) -> int:
     with register.transaction():
         known = {row[0] for row in register.connection.execute("SELECT path FROM files")}
     fresh: dict[str, Path] = {}
-    for path in recordings_in(folder):
-        if _final_name(path) not in known:
-            fresh.setdefault(base_name(path), path)
+    for path in recordings_under(folder):
+        if _final_name(path, folder) not in known:
+            fresh.setdefault(str(path.parent / base_name(path)), path)
     others: list[str] = []
     found: list[_Found] = []
     for path in fresh.values():
         try:
-            session = _session(read_session(path))
+            session = _session(read_session(path), folder)
         except StudyError:
             # Perhaps a part beside it has only just been made: it is looked at again next time.
             continue
         if session:
             found.append(session)
         elif path.suffix == ".mcap":
-            others.append(path.name)
+            others.append(_final_name(path, folder))
     with register.transaction():
         for name in others:
             _know(register, name)
@@ -92,7 +93,7 @@ def _erase(register: Register, asked: Participant) -> None:
         withdraw(register, asked.study, asked.pseudonym)
 
 
-def _session(recording: SessionRecording) -> _Found | None:
+def _session(recording: SessionRecording, folder: Path) -> _Found | None:
     """Return what a recording tells of a person's session; None if it is none."""
     opened, ended = None, None
     for _, record in recording.records(SessionOpened.topic, SessionEnded.topic):
@@ -116,7 +117,7 @@ def _session(recording: SessionRecording) -> _Found | None:
         reason=reason,
         changed_utc=opened.started_utc,
     )
-    files = tuple(_final_name(part.path) for part in recording.parts)
+    files = tuple(_final_name(part.path, folder) for part in recording.parts)
     return _Found(participant, opened.started_utc, files)
 
 
@@ -163,20 +164,24 @@ def _take_in_tombstones(register: Register) -> int:
 def note_export(recording: Path, exported: Path) -> None:
     """Note a file made from one recording, so that withdrawal erases it too.
 
-    Nothing is noted where the recording's folder has no register, or it is of no person.
+    Nothing is noted where no register speaks for the recording, or it is of no person. A file in
+    the register's folder is noted by its path from there, so that a copy of the folder has its own.
 
     Raises:
         StudyError: the register cannot be used.
     """
-    folder = recording.parent
-    if not (folder / FILE_NAME).exists():
+    folder = register_folder(recording.parent)
+    if folder is None:
         return
-    found = _session(read_session(recording))
+    found = _session(read_session(recording.absolute()), folder)
     if found is None:
         return
+    path = exported.absolute()
+    with contextlib.suppress(ValueError):
+        path = path.relative_to(folder)
     with Register(folder) as register, register.transaction():
         whose = found.participant
-        _know(register, str(exported.absolute()), whose.study, whose.pseudonym)
+        _know(register, str(path), whose.study, whose.pseudonym)
 
 
 def _know(register: Register, path: str, study: str = "", pseudonym: str = "") -> None:
@@ -186,5 +191,6 @@ def _know(register: Register, path: str, study: str = "", pseudonym: str = "") -
     )
 
 
-def _final_name(path: Path) -> str:
-    return path.name.removesuffix(".part")
+def _final_name(path: Path, folder: Path) -> str:
+    """Return a file's path from the register's folder, as it is called once it is closed."""
+    return str(path.relative_to(folder)).removesuffix(".part")

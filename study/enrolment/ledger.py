@@ -14,7 +14,7 @@ from study.enrolment.process_identity import ProcessIdentity, is_alive, this_pro
 from study.enrolment.refusals import refuse_if_conducted
 from study.enrolment.rows import COLUMNS, participant_of
 from study.errors import StudyError
-from study.recording.enrolled import FILE_NAME
+from study.recording.register_folders import FILE_NAME
 
 
 class Ledger:

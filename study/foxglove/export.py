@@ -10,16 +10,15 @@ from pathlib import Path
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from mcap.writer import Writer
 
-from study.errors import RecordingError
+from study.errors import RecordingError, StudyError
 from study.events.shell import PicturesTaken
 from study.foxglove.camera_images import images
 from study.foxglove.scene_builder import SceneBuilder
 from study.foxglove.schemas import descriptors_of, every_schema
 from study.recording.durable_file import DurableFile
+from study.recording.exported import EXPORT_PROFILE, EXPORTED_FROM, PARTICIPANT, STUDY
 from study.recording.parts import SessionRecording, read_session
-
-PROFILE = "scaled_autonomy_foxglove"
-"""Not the profile of a recording, nor are there its metadata: it is never taken for one."""
+from study.toml_text import parse_toml
 
 _CHUNK_BYTES = 1 << 20
 _REPORT_EVERY = 1000
@@ -88,6 +87,17 @@ def _unwritable(target: Path, error: OSError) -> RecordingError:
     return RecordingError(f"{target} cannot be written: {error.strerror}", "Choose another place.")
 
 
+def _whose(session: SessionRecording) -> dict[str, str]:
+    """Return study and participant, by which withdrawal finds the export."""
+    participant = session.metadata.get("participant", "")
+    try:
+        toml = session.attachments.get("protocol.toml", b"").decode()
+        study = parse_toml(toml, session.path.name).get("study", {}).get("name", "")
+    except (StudyError, UnicodeDecodeError, AttributeError):
+        return {}
+    return {STUDY: str(study), PARTICIPANT: participant}
+
+
 def _write(
     file: DurableFile,
     session: SessionRecording,
@@ -96,12 +106,13 @@ def _write(
 ) -> Exported:
     writer = Writer(file, chunk_size=_CHUNK_BYTES, enable_data_crcs=True)  # type: ignore[arg-type]
     version = importlib.metadata.version("scaled-autonomy")
-    writer.start(PROFILE, f"scaled-autonomy {version}")
+    writer.start(EXPORT_PROFILE, f"scaled-autonomy {version}")
     writer.add_metadata(
-        PROFILE,
+        EXPORT_PROFILE,
         {
             "session_id": session.session_id,
-            "exported_from": ", ".join(part.path.name for part in session.parts),
+            **_whose(session),
+            EXPORTED_FROM: ", ".join(part.path.name for part in session.parts),
             "exported_from_sha256": session.sha256,
             "scene_rate_hz": f"{rate_hz:g}",
         },

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from study.errors import StudyError
+from study.recording.register_folders import FILE_NAME, and_above, register_folder
 from study.whole_file import replace_text
 
-FILE_NAME = "participants.sqlite"
 TOMBSTONES = "withdrawn.json"
 APPLICATION_ID = 0x53415031
 """Stamps the register as ours: "SAP1"."""
@@ -69,25 +69,29 @@ def add_tombstone(folder: Path, study: str, pseudonym: str, utc: str) -> None:
 
 
 def not_analysed(folder: Path) -> dict[tuple[str, str], str]:
-    """Return (study, pseudonym) to why that participant's recordings here are left out.
+    """Return (study, pseudonym) to why that participant's recordings in a folder are left out.
+
+    The register that speaks for the folder is asked, and the tombstones of all folders above it:
+    who withdrew there is not analysed, whatever register lies between.
 
     Raises:
         StudyError: tombstones or register cannot be read.
     """
-    found = dict(_marked(folder / FILE_NAME))
-    for study, of_study in tombstones(folder).items():
-        for pseudonym in of_study:
-            found[study, pseudonym] = "the participant withdrew"
+    found = dict(_marked(folder))
+    for place in and_above(folder):
+        for study, of_study in tombstones(place).items():
+            for pseudonym in of_study:
+                found[study, pseudonym] = "the participant withdrew"
     return found
 
 
-def _marked(path: Path) -> list[tuple[tuple[str, str], str]]:
+def _marked(folder: Path) -> list[tuple[tuple[str, str], str]]:
     query = "SELECT study, pseudonym, state, reason, pilot FROM participants"
     return [
         ((study, pseudonym), f"excluded by the experimenter: {reason}")
         if state == "excluded"
         else ((study, pseudonym), "a pilot session")
-        for study, pseudonym, state, reason, pilot in _rows(path, query)
+        for study, pseudonym, state, reason, pilot in _rows(folder, query)
         if state == "excluded" or pilot
     ]
 
@@ -109,13 +113,17 @@ def planned_orders(folder: Path) -> dict[tuple[str, str], tuple[str, ...]]:
     # The first of a participant's lines counts: it is read last.
     return {
         (study, pseudonym): tuple((detail.partition(PLAN_HAD)[2] if detail else run).split(","))
-        for study, pseudonym, run, detail in _rows(folder / FILE_NAME, query, PLAN_HAD)
+        for study, pseudonym, run, detail in _rows(folder, query, PLAN_HAD)
         if run
     }
 
 
-def _rows(path: Path, query: str, *values: str) -> list[tuple[Any, ...]]:
-    """Ask the register; nothing is answered where there is none."""
+def _rows(folder: Path, query: str, *values: str) -> list[tuple[Any, ...]]:
+    """Ask the register that speaks for a folder; nothing is answered where there is none."""
+    place = register_folder(folder)
+    if place is None:
+        return []
+    path = place / FILE_NAME
     if not path.is_file() or not path.stat().st_size:
         return []
     try:

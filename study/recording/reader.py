@@ -23,6 +23,7 @@ from study.events.fields import Family, Record
 from study.recording.batches import Batch, batches, chunks_from
 from study.recording.columns import ColumnBuilder
 from study.recording.contents import read_contents
+from study.recording.exported import export_of
 from study.recording.identity import SALVAGED_FROM
 from study.recording.losses import Loss
 from study.recording.mcap_index import ChunkTable
@@ -230,6 +231,11 @@ def read_recording(path: Path) -> Recording:
         RecordingError: there is no such file, it is no recording of ours, it exceeds what any
             recording has, or it was made by a newer version of this program.
     """
+    if export := export_of(path):
+        raise RecordingError(
+            f"{path} is a Foxglove export of {', '.join(export.files)[:300]}, and no recording",
+            "Give the recording itself.",
+        )
     try:
         size = path.stat().st_size
         with path.open("rb") as stream:

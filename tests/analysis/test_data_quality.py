@@ -24,7 +24,7 @@ from study.events.events import Deviation, Paused, Resumed, SessionEnded
 from study.events.fields import Record
 from study.events.inputs import RecordingInterrupted, RecordingRestored
 from study.recording.client import Recorder
-from study.recording.enrolled import FILE_NAME
+from study.recording.register_folders import FILE_NAME
 from synthetic_study import Plan, Session, write_session
 
 AB, BA = ("manual", "assisted"), ("assisted", "manual")

@@ -20,8 +20,9 @@ from study.enrolment.register import Register
 from study.events.events import SessionStarted
 from study.events.participant_events import ConsentGiven
 from study.loading import load_protocol
-from study.recording.enrolled import FILE_NAME, TOMBSTONES, tombstones
+from study.recording.enrolled import TOMBSTONES, tombstones
 from study.recording.reader import read_recording
+from study.recording.register_folders import FILE_NAME
 from study.screens import PauseScreen
 from x11_driver import Hands, x_server
 

@@ -15,9 +15,9 @@ from typing import Any
 from patience import PATIENCE_S
 from protocols import ROOT
 from study.errors import StudyError
-from study.recording.enrolled import FILE_NAME
 from study.recording.parts import read_session
 from study.recording.reader import read_recording
+from study.recording.register_folders import FILE_NAME
 
 ENVIRONMENT = {
     **os.environ,

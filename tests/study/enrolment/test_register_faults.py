@@ -18,7 +18,8 @@ from patience import PATIENCE_S
 from protocols import ROOT
 from study.enrolment.register import Register
 from study.errors import StudyError
-from study.recording.enrolled import FILE_NAME, add_tombstone, not_analysed, tombstones
+from study.recording.enrolled import add_tombstone, not_analysed, tombstones
+from study.recording.register_folders import FILE_NAME
 
 ORDERS = [("a", "b"), ("b", "a")]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import shutil
 from datetime import UTC, datetime
@@ -14,14 +13,13 @@ from typer.testing import CliRunner
 
 from analysis.recordings import load_recordings
 from protocols import variant
+from recorded_people import COMPLETE, known_in, record
 from study.commands import main as command
-from study.commands.composing import session_opened, start_failover_recorder
 from study.commands.enrolling import Enrolled, Finished, assign, who_broke_off
 from study.commands.preflight import preflight_before
 from study.commands.simulating import simulate_session, simulated_assignments
 from study.enrolment.importing import ERASED, NOT_UNDERSTOOD, bring_in_step
 from study.enrolment.not_taking_part import COUNTS
-from study.enrolment.participants import Participant
 from study.enrolment.process_identity import ProcessIdentity
 from study.enrolment.register import Register
 from study.enrolment.withdrawing import withdraw
@@ -29,39 +27,8 @@ from study.errors import StudyError
 from study.events.events import SessionEnded
 from study.loading import load_protocol
 from study.preflight_result import FILE, Preflight, keep_preflight, read_preflight
-from study.recording.enrolled import FILE_NAME, tombstones
-
-
-def record(
-    folder: Path,
-    participant: str,
-    order: tuple[str, ...] = ("manual", "assisted"),
-    ended: SessionEnded | None = None,
-    pilot: bool = False,
-) -> Path:
-    """Record a person's session of two records, as if long ago: no register is touched."""
-    loaded = load_protocol("smoke")
-    (like,) = simulated_assignments(loaded, 1, seed=1)
-    assignment = dataclasses.replace(
-        like, participant=participant, order=order, operator_kind="person", operator_json="{}"
-    )
-    opened = session_opened(loaded, assignment)
-    recorder = start_failover_recorder(folder, loaded, opened, pilot=pilot)
-    recorder.write(opened, 1)
-    if ended:
-        recorder.write(ended, 2)
-    recorder.close()
-    return recorder.path
-
-
-COMPLETE = SessionEnded(9, complete=True, reason="complete")
-
-
-def known_in(folder: Path) -> dict[str, Participant]:
-    """Bring a folder's register in step; return its participants."""
-    with Register(folder) as register:
-        bring_in_step(register)
-        return {each.pseudonym: each for each in register.participants()}
+from study.recording.enrolled import tombstones
+from study.recording.register_folders import FILE_NAME
 
 
 def test_a_register_is_made_from_recordings(tmp_path: Path) -> None:
