@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from study.spelling import closest
+
 
 class StudyError(Exception):
     """Something that the user can mend; the message says what was given and what to do.
@@ -83,10 +85,8 @@ class UnknownNameError(StudyError):
     """
 
     def __init__(self, family: str, given: str, known: list[str]) -> None:
-        from difflib import get_close_matches  # noqa: PLC0415
-
-        near = get_close_matches(given, known, n=1)
-        hint = f'Did you mean "{near[0]}"? ' if near else ""
+        near = closest(given, known)
+        hint = f'Did you mean "{near}"? ' if near else ""
         super().__init__(f'unknown {family} "{given}"', f"{hint}Known: {', '.join(sorted(known))}")
         self.given = given
         self.known = known

@@ -14,8 +14,8 @@ from study.families import load_member
 from study.protocol import Protocol, examine
 from study.protocol_checks import check_members
 from study.questionnaire import Questionnaire, parse_questionnaire
+from study.spelling import closest
 from study.toml_text import decoded, parse_toml
-from study.validation import closest
 
 MAX_BYTES = 1_000_000
 

@@ -18,7 +18,8 @@ from study.messages import locales
 from study.protocol import Examined, Protocol
 from study.rules import WRONG, broken, right_settings
 from study.seat_settings import DIRECTIONS, KEY_NAMES
-from study.validation import checked, closest
+from study.spelling import closest
+from study.validation import checked
 
 _ALIASES = {"enter": "return", "esc": "escape", "spacebar": "space", "minus": "-", "equals": "="}
 

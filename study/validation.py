@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Generic, Literal, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
 from study.rules import RightIn
+from study.spelling import closest
 
 Made = TypeVar("Made", bound=BaseModel)
 
@@ -174,8 +174,8 @@ def validation_problems(
             choices = [
                 word.strip(" '") for word in item["ctx"]["expected"].replace(" or ", ",").split(",")
             ]
-            near = difflib.get_close_matches(str(given), choices, n=1)
-            hint = f'; did you mean "{near[0]}"?' if near else ""
+            near = closest(str(given), choices)
+            hint = f'; did you mean "{near}"?' if near else ""
             yield f"{lead}{_shown(given)} given; allowed: {_quoted(item['ctx']['expected'])}{hint}"
         elif kind in _EXPECTED:
             words = _EXPECTED[kind].format(**_whole(item.get("ctx", {})))
@@ -203,13 +203,8 @@ def _meant(details: list[Any], model: type[BaseModel]) -> Iterator[tuple[int | s
     for item in details:
         if item["type"] == "extra_forbidden":
             *table, key = item["loc"]
-            near = difflib.get_close_matches(str(key), _keys_at(model, table), n=1)
-            yield from ((*table, name) for name in near)
-
-
-def closest(given: str, known: Sequence[str]) -> str:
-    """Return the known word closest to ``given``; empty if none is close."""
-    return next(iter(difflib.get_close_matches(given, known, n=1)), "")
+            if near := closest(str(key), _keys_at(model, table)):
+                yield (*table, near)
 
 
 def nearest(given: str, known: list[str]) -> str:

@@ -24,6 +24,14 @@ WRONG: dict[str, tuple[list[tuple[str, str]], list[list[str]]]] = {
         [("episodes = 2", "episode = 2")],
         [["phase_one.episode:", "unknown key", 'did you mean "episodes"?', "refit"]],
     ),
+    "key that is like no other": (
+        [("episodes = 2", "episodes = 2\nnonsense = 1")],
+        [["phase_one.nonsense: unknown key; allowed here:"]],
+    ),
+    "table that is like no other": (
+        [("[timing]", "[nonsense]\nlevel = 1\n[timing]")],
+        [["nonsense: unknown key; allowed here: "]],
+    ),
     "misspelt table": (
         [("[timing]", "[timming]")],
         [["timming:", "unknown key", 'did you mean "timing"?']],
