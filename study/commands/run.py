@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from functools import partial
 from pathlib import Path
@@ -156,7 +156,9 @@ def run(
             )
             finished = session(seat=seat, recorded=recorded)
             enrolled.write_back(finished)
-        _tell_outcome(finished)
+        own = {"--again": again, "--order": order, "--seed": seed is not None, "--pilot": pilot}
+        whose = "" if participant or resume else assignment.participant
+        _tell_outcome(finished, whose, [option for option, is_given in own.items() if is_given])
         if finished.outcome == "erased":
             last_words.say("erased")
         if last_words.awaited:
@@ -179,8 +181,14 @@ def _told_first(last_words: LastWords) -> Iterator[None]:
         raise typer.Exit(error.exit_status) from error
 
 
-def _tell_outcome(finished: Finished) -> None:
-    """Print what a session came to."""
+def _tell_outcome(finished: Finished, drawn: str, not_resumed: Sequence[str]) -> None:
+    """Print what a session came to.
+
+    Args:
+        finished: that.
+        drawn: the participant's pseudonym where none was given.
+        not_resumed: the options given that a session is not resumed with.
+    """
     if finished.outcome == "erased":
         return
     if finished.outcome == "declined":
@@ -190,12 +198,19 @@ def _tell_outcome(finished: Finished) -> None:
         console.print(f"Recorded in {shown_path(path)}")
     if finished.outcome == "complete":
         return
-    go_on = "To go on where it broke off, say the same with --resume."
+    go_on = f"To go on where it broke off, say the same {_with_resume(drawn, not_resumed)}."
     if finished.reason == NOT_UNDERSTOOD:
         go_on = f"The participant is excluded: {finished.reason}."
     errors.print(
         f"[yellow]The session was ended early; the recording holds what there was.[/] {go_on}"
     )
+
+
+def _with_resume(drawn: str, not_resumed: Sequence[str]) -> str:
+    """Say how a command differs that goes on with a session."""
+    whose = f"--participant {drawn} and " if drawn else ""
+    without = f", without {' and '.join(not_resumed)}" if not_resumed else ""
+    return f"with {whose}--resume{without}"
 
 
 @contextmanager

@@ -127,3 +127,29 @@ def test_two_at_once_one_killed_and_resumed(tmp_path: Path) -> None:
         order = next(r["order"] for r in rows if r["pseudonym"] == session.metadata["participant"])
         assert session.complete
         assert order
+
+
+def test_the_advice_to_go_on_is_a_command_that_works(tmp_path: Path) -> None:
+    """Whatever it began with, the session that was ended early goes on with what is advised."""
+
+    def ended_early(*options: str) -> str:
+        """Begin a session, end it, and return what is said of going on."""
+        study = begin(tmp_path, *options)
+        try:
+            until_running(tmp_path, [study])
+            study.send_signal(signal.SIGTERM)
+            said = " ".join(study.communicate(timeout=PATIENCE_S)[0].split())
+        finally:
+            study.kill()
+        assert study.returncode == 3, said
+        return said.partition("To go on where it broke off, ")[2]
+
+    assert ended_early("--participant", "P01") == "say the same with --resume."
+    again = ended_early("--participant", "P01", "--again", "--seed", "7")
+    assert again == "say the same with --resume, without --again and --seed."
+    assert ended_early("--participant", "P01", "--resume") == "say the same with --resume."
+    before = {row["pseudonym"] for row in shown(tmp_path)}
+    said = ended_early("--pilot")
+    (drawn,) = {row["pseudonym"] for row in shown(tmp_path)} - before
+    assert said == f"say the same with --participant {drawn} and --resume, without --pilot."
+    assert ended_early("--participant", drawn, "--resume") == "say the same with --resume."
