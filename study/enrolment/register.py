@@ -199,11 +199,12 @@ class Register(Ledger):
                 self._reorder(known, order)
         else:
             visit = known.visits + 1
-            self.change(study, pseudonym, "reserved", known.reason)
+            self.change(study, pseudonym, "reserved")
+            # The reason is that of the session before: kept in case this one is not begun.
             self.connection.execute(
-                "UPDATE participants SET before_edit = ?, visits = ? "
+                "UPDATE participants SET before_edit = ?, visits = ?, reason = ? "
                 "WHERE study = ? AND pseudonym = ?",
-                (known.state, visit, study, pseudonym),
+                (known.state, visit, known.reason, study, pseudonym),
             )
         self.lease(study, pseudonym)
         if visit > 1 and (order or known.state != "reserved"):

@@ -29,7 +29,8 @@ def participant_of(
         order=split_order(order),
         pilot=bool(pilot),
         visits=visits,
-        reason=reason,
+        # Of a session that has not begun there is none: the row keeps that of the one before.
+        reason="" if state == "reserved" else reason,
         note=note,
         changed_utc=utc,
         lease=lease,

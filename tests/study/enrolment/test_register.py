@@ -178,6 +178,25 @@ def test_another_session_that_never_began(tmp_path: Path) -> None:
         assert (known.state, known.visits, known.lease) == ("complete", 1, None)
 
 
+def test_another_session_carries_no_reason_of_what_was_before(tmp_path: Path) -> None:
+    """What the session before came to, or was restored for, is told with that one alone."""
+    with here(tmp_path) as register:
+        known = through(register, "P1")
+        editing.mark(register, known, "dropped", "hurried through")
+        editing.restore(register, known, "a mistake")
+        other = register.reserve("s", [AB, BA], pseudonym="P1", again=True)
+        assert other.reason == ""
+        told = [(line.what, line.detail) for line in register.history("s", "P1")][-3:]
+        assert told == [
+            ("complete", "restored by hand: a mistake"),
+            ("reserved", ""),
+            ("again", "session 2, order a,b"),
+        ]
+        # Of a session that is not begun nothing stays; what was so before is so again.
+        register.release("s", "P1")
+        assert register.participants()[0].reason == "restored by hand: a mistake"
+
+
 def test_nothing_is_kept_of_who_declines(tmp_path: Path) -> None:
     """Neither a row nor a line of history; not even in the bytes of the file."""
     with here(tmp_path) as register:
