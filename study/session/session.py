@@ -55,7 +55,7 @@ from study.session.fitting import take_preparation
 from study.session.opening import questionnaires_of, texts_of
 from study.session.plan import FitPlan, PagesPlan, StagePlan
 from study.session.robot_reports import take_report
-from study.session.rules import TRIAL_OF_END
+from study.session.rules import STALLS_TOLD, TRIAL_OF_END
 from study.session.sequence import stage_plans
 from study.session.stage import Stage
 from study.session.stages import make_stage
@@ -178,7 +178,7 @@ class Session:
         elif isinstance(given, RecordingInterrupted):
             self._recording_interrupted(given, out)
         elif isinstance(given, RecordingRestored):
-            self._recording_restored(given, out)
+            self._recording_restored(given, context, out)
         elif isinstance(given, SessionResumed):
             # Its robots were connected anew.
             context.knowledge.held_robots.clear()
@@ -249,13 +249,13 @@ class Session:
         """Stand still, wherever the session is: what happens now might not be recorded."""
         if not self._still.on:
             self._pause(given.t_ns, "recording interrupted", out)
-        self._still.interrupt(given.reason)
+        self._still.interrupt(given.t_ns, given.reason)
 
-    def _recording_restored(self, given: RecordingRestored, out: Outbox) -> None:
+    def _recording_restored(self, given: RecordingRestored, context: Context, out: Outbox) -> None:
         """Leave it to the participant to go on."""
-        interruption = self._still.restore()
-        if interruption:
-            text = f"{interruption}; recorded in part {given.part} from here"
+        told = context.rules >= STALLS_TOLD
+        text = self._still.restore(given.t_ns, given.part, tells_stalls=told)
+        if text:
             out.events.append(Deviation(given.t_ns, "recording_interrupted", text, self._trial_id))
 
     def _go_back(self, given: SessionResumed, out: Outbox) -> None:
@@ -265,6 +265,7 @@ class Session:
         """
         if self._still.on:
             out.events.append(Resumed(given.t_ns, self._still.end(given.t_ns)))
+        self._still.part = given.part
         plan = self._plans[self._index]
         text = (
             f"part {given.part} goes on after {given.gap_seconds:.1f} s "

@@ -21,6 +21,7 @@ class Standstill:
 
     Attributes:
         held: whether the experimenter keeps the session standing still.
+        part: of the recording, as far as is known.
     """
 
     def __init__(self) -> None:
@@ -28,8 +29,10 @@ class Standstill:
         self._asks: Literal["", "stop", "erase"] = ""
         self._reason = _PAUSED
         self._interruption = ""
+        self._interrupted_ns = 0
         self._held_alone = False
         self.held = False
+        self.part = 1
 
     @property
     def on(self) -> bool:
@@ -63,18 +66,32 @@ class Standstill:
         self.held = False
         return self._held_alone and not self._interruption
 
-    def interrupt(self, reason: str) -> None:
+    def interrupt(self, t_ns: int, reason: str) -> None:
         """Keep it until `restore`: the recording is interrupted."""
         self._interruption = reason or "no reason given"
+        self._interrupted_ns = t_ns
 
-    def restore(self) -> str:
-        """Return what had interrupted the recording; empty if nothing had."""
+    def restore(self, t_ns: int, part: int, *, tells_stalls: bool) -> str:
+        """Say what had interrupted the recording and how it goes on; empty if nothing had.
+
+        Args:
+            t_ns: session time.
+            part: that is being written now; all that waited is on disk.
+            tells_stalls: whether a part that goes on is told from one that begins.
+        """
         interruption, self._interruption = self._interruption, ""
-        if interruption:
-            self._reason = _RESTORED
-            # What was seen of the interruption asks for the participant's own going on.
-            self._held_alone = False
-        return interruption
+        goes_on, self.part = tells_stalls and part == self.part, part
+        if not interruption:
+            return ""
+        self._reason = _RESTORED
+        # What was seen of the interruption asks for the participant's own going on.
+        self._held_alone = False
+        if goes_on:
+            waited = (t_ns - self._interrupted_ns) / 1e9
+            return (
+                f"{interruption}; {waited:.1f} s later all records were on disk: nothing was lost"
+            )
+        return f"{interruption}; recorded in part {part} from here"
 
     def take(self, word: str, *, can_erase: bool) -> Asked:
         """Take what the participant says; return what follows once it was said for certain.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -156,6 +157,30 @@ def test_a_lost_writer_costs_a_pause(tmp_path: Path, blow: signal.Signals) -> No
     started = next(record for record in records if isinstance(record, TrialStarted))
     assert (deviation.code, deviation.trial_id) == ("recording_interrupted", started.trial_id)
     assert sum(isinstance(record, RecordingInterrupted) for record in records) == 1
+
+
+def test_a_writer_that_stood_still_goes_on(tmp_path: Path) -> None:
+    """SIGSTOP and, before the writer is given up, SIGCONT: no part begins, and none is told of."""
+    folder = tmp_path / "recordings"
+    with in_mid_trial(folder) as (study, _):
+        writer = writer_of(study)
+        os.kill(writer, signal.SIGSTOP)
+        time.sleep(3.0)
+        os.kill(writer, signal.SIGCONT)
+        wait_for(lambda: has(folder, Deviation))
+        assert writer_of(study) == writer
+        study.send_signal(signal.SIGTERM)
+        assert study.wait(PATIENCE_S) == 3
+        assert study.stderr is not None
+        said = " ".join(study.stderr.read().split())
+    assert [path.suffix for path in folder.glob("*.mcap*")] == [".mcap"]
+    records = assert_replays(folder)
+    deviation = next(record for record in records if isinstance(record, Deviation))
+    assert deviation.code == "recording_interrupted"
+    text = "the writer process wrote nothing for 0.9 s; "
+    text += r"[1-5]\.[0-9] s later all records were on disk: nothing was lost"
+    assert re.fullmatch(text, deviation.text), deviation.text
+    assert re.search(rf"recording_interrupted, {text}\.", said), said
 
 
 def test_a_study_that_stands_still_goes_on_without_a_burst(tmp_path: Path) -> None:

@@ -161,10 +161,10 @@ class FakeShell:
         self.interrupted = True
         return self.feed(RecordingInterrupted(self.later(1_000_000), "made up"))
 
-    def restore(self) -> tuple[Event, ...]:
-        """Say that another part of the recording is under way."""
+    def restore(self, part: int = 2) -> tuple[Event, ...]:
+        """Say that the recording works again, in another part or in the one there was."""
         self.interrupted = False
-        return self.feed(RecordingRestored(self.later(1_000_000), part=2))
+        return self.feed(RecordingRestored(self.later(1_000_000), part))
 
     def command(self, command: str, text: str = "") -> tuple[Event, ...]:
         """Let the experimenter ask for something at the console."""

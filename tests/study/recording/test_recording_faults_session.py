@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 from event_books import check_books
 from fake_shell import FakeShell, replayed
 from short_study import opened, short_study
 from study.events.events import Deviation, Event, Paused, Resumed, StageEntered, Timestep
-from study.events.inputs import QuitRequested, RecordingInterrupted
+from study.events.inputs import QuitRequested, RecordingInterrupted, SessionResumed
 from study.screens import FleetScreen, PauseScreen
+from study.session.rules import STALLS_TOLD
+
+SECOND = 1_000_000_000
 
 
 def shell_in_trial() -> FakeShell:
@@ -53,6 +57,34 @@ def test_an_interruption_pauses_until_it_is_restored_and_confirmed() -> None:
     shell.key("escape")
     assert reason(shell) == "Paused"
     assert replayed(shell.inputs) == shell.log
+
+
+def test_a_part_that_goes_on_is_told_from_one_that_begins() -> None:
+    """A writer that only stood still began no part, whichever it was; older rules knew one text."""
+    shell = shell_in_trial()
+    for part in (1, 2, 2):
+        shell.interrupt()
+        shell.later(3 * SECOND - 1_000_000)
+        shell.restore(part)
+    went_on = "made up; 3.0 s later all records were on disk: nothing was lost"
+    texts = [event.text for event in of_type(shell.events, Deviation)]
+    assert texts == [went_on, "made up; recorded in part 2 from here", went_on]
+    assert replayed(shell.inputs) == shell.log
+    older = FakeShell(dataclasses.replace(opened(short_study()), rules=STALLS_TOLD - 1))
+    older.interrupt()
+    older.restore(1)
+    (deviation,) = of_type(older.events, Deviation)
+    assert deviation.text == "made up; recorded in part 1 from here"
+
+
+def test_the_part_that_a_resumed_session_goes_on_in_is_known() -> None:
+    """Its writer may stand still too."""
+    shell = shell_in_trial()
+    shell.feed(SessionResumed(shell.later(), 3, after_sequence=1, gap_seconds=1.0))
+    shell.interrupt()
+    shell.restore(3)
+    texts = [event.text for event in of_type(shell.events, Deviation)]
+    assert "nothing was lost" in texts[-1]
 
 
 def test_an_interruption_in_a_pause_is_part_of_that_pause() -> None:
