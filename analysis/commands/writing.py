@@ -13,6 +13,7 @@ from analysis.formatting import counted
 from analysis.recordings import StudyRecordings, load_recordings
 from analysis.tables.columns import DATA_COLUMN, Table, csv_pieces
 from analysis.tables.study_tables import StudyTables
+from study.recording.parts import SessionRecording
 
 
 def open_recordings(paths: list[Path], console: Console, *, pool: bool) -> StudyRecordings:
@@ -27,6 +28,9 @@ def open_recordings(paths: list[Path], console: Console, *, pool: bool) -> Study
     for session in study.sessions:
         for problem in session.recording.problems:
             console.print(f"Damaged: {session.file}: {problem}", markup=False, highlight=False)
+        if isinstance(session.recording, SessionRecording):
+            for remark in session.recording.remarks:
+                console.print(f"{session.file}: {remark}", markup=False, highlight=False)
         if not session.complete:
             console.print(f"Not complete: {session.file}", markup=False, highlight=False)
     for item in study.set_aside:

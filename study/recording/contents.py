@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import BinaryIO
 
@@ -33,12 +33,12 @@ from study.recording.mcap_summary import (
     states_checksum,
 )
 from study.recording.mcap_walk import record_at, walk
+from study.recording.missing import missing_by_topic, missing_end
 from study.recording.wire import record_types_by_topic
 
 _PLACES_TOLD = 20
 _AFTER_DATA = [bytes([code]) for code in (*b"\x02\x03\x04\x08\x0a\x0b\x0d\x0e", MAGIC[0])]
 """First bytes of what a summary consists of."""
-_ENDED_TOPIC = "event/session_ended"
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -57,6 +57,7 @@ class Contents:
         numbers: sequence numbers held: first and last of each unbroken run.
         by_channel: number of records held, by channel.
         found: the chunks once more with what a walk found; empty if the index was used.
+        unclosed: whether it breaks off before it was closed, and nothing else is wrong with it.
     """
 
     complete: bool
@@ -70,6 +71,7 @@ class Contents:
     numbers: tuple[tuple[int, int], ...]
     by_channel: dict[int, int]
     found: tuple[FoundChunk, ...] = ()
+    unclosed: bool = False
 
     @property
     def channels(self) -> dict[int, str]:
@@ -111,7 +113,7 @@ def search_contents(stream: BinaryIO, size: int, path: Path) -> Contents:
     """
     summary, intact = _checked_summary(stream)
     findings = Findings(path, intact=intact)
-    last_damage, exceeded = -1, ""
+    last_damage, torn_to, exceeded = -1, size, ""
     where: list[str] = []
     stream.seek(0)
     if stream.read(len(MAGIC)) != MAGIC:
@@ -126,7 +128,7 @@ def search_contents(stream: BinaryIO, size: int, path: Path) -> Contents:
                 continue
             findings.ended = False
             where.append(_sentence(f"{error} (bytes {first} to {after - 1})."))
-            last_damage = first
+            last_damage, torn_to = first, after
     except ExceedsError as error:
         raise RecordingError(f"{path} is refused: {error}") from error
     if not findings.ours:
@@ -155,7 +157,7 @@ def search_contents(stream: BinaryIO, size: int, path: Path) -> Contents:
     _declare_the_lost(findings, summary)
     chunks = ordered(findings)
     losses = gaps(chunks, continues=findings.continues)
-    missing = _missing_by_topic(findings, summary, chunks)
+    missing = missing_by_topic(findings, summary, chunks)
     places = [chunk.start for chunk in chunks]
     # In a file whose blocks changed places, damage anywhere may have been its end.
     after_last = last_damage >= 0 and (last_damage > places[-1] if places else True)
@@ -163,7 +165,7 @@ def search_contents(stream: BinaryIO, size: int, path: Path) -> Contents:
     if summary is None and findings.ended:
         findings.ended = states_checksum(stream, findings.end)
         after_last |= not findings.ended
-    losses += _end(chunks, losses, findings, missing, damaged_end=after_last)
+    losses += missing_end(chunks, losses, findings, missing, damaged_end=after_last)
     losses += [loss for loss in stated.losses(findings.metadata) if loss not in losses]
     losses.sort(key=lambda loss: loss.first)
     findings.problems += stated.problems(findings.metadata)
@@ -183,6 +185,9 @@ def search_contents(stream: BinaryIO, size: int, path: Path) -> Contents:
         numbers=tuple(run for chunk in chunks for run in runs(chunk)),
         by_channel=dict(count_by_channel(chunks)),
         found=tuple(chunks),
+        # Of what was damaged in its middle more is told: where, or what is missing there.
+        unclosed=torn_to == size
+        and _tells_only(findings, losses, others=len(where) + (summary is None)),
     )
 
 
@@ -235,6 +240,7 @@ def _by_index(stream: BinaryIO, size: int, path: Path) -> Contents:
         chunks=summary.chunks,
         numbers=numbers,
         by_channel=summary.by_channel,
+        unclosed=_tells_only(findings, losses),
     )
 
 
@@ -276,47 +282,6 @@ def _declare_the_lost(findings: Findings, summary: Summary | None) -> None:
             )
 
 
-def _missing_by_topic(
-    findings: Findings, summary: Summary | None, chunks: list[FoundChunk]
-) -> dict[str, int] | None:
-    """Return how many records are missing by topic; None if there is no summary that says."""
-    if summary is None:
-        return None
-    channels = findings.channels
-    missing: Counter[str] = Counter()
-    held = count_by_channel(chunks)
-    for number, count in summary.by_channel.items():
-        if count > held[number]:
-            missing[channels.get(number, f"channel {number}")] += count - held[number]
-    missing.update(stated.by_topic(findings.metadata))
-    return dict(missing)
-
-
-def _end(
-    chunks: list[FoundChunk],
-    losses: list[Loss],
-    findings: Findings,
-    missing: dict[str, int] | None,
-    *,
-    damaged_end: bool,
-) -> list[Loss]:
-    """Return what is missing after the last chunk, as one loss or none."""
-    first = int(chunks[-1].sequence[-1]) + 1 if chunks else 0
-    after_ns = chunks[-1].last_ns if chunks else None
-    if missing is not None:
-        count = sum(missing.values()) - sum(loss.count or 0 for loss in losses)
-        if count <= 0:
-            return []
-        # A later part begins anywhere: without any record of it nothing says where it ended.
-        known = chunks or not findings.continues
-        return [Loss(first, first + count - 1 if known else None, after_ns, None)]
-    channels = findings.channels
-    over = findings.ended or (
-        bool(chunks) and _ENDED_TOPIC in {channels[number] for number in chunks[-1].by_channel}
-    )
-    return [] if over and not damaged_end else [Loss(first, None, after_ns, None)]
-
-
 def _stated_numbers(
     stream: BinaryIO, summary: Summary, findings: Findings
 ) -> tuple[tuple[tuple[int, int], ...], int]:
@@ -337,6 +302,14 @@ def _stated_numbers(
     if findings.continues and begins:
         return ((0, 0), (begins, last)), origin
     return ((0, last),), origin
+
+
+def _tells_only(findings: Findings, losses: Sequence[Loss], others: int = 0) -> bool:
+    """Return whether of what is wrong all but so much is that the end is missing."""
+    told = len(findings.problems)
+    only_end = len(losses) <= 1 and all(loss.last is None for loss in losses)
+    known = told == len(losses) + others and not _unknown_topics(findings)
+    return told > 0 and known and only_end
 
 
 def _unknown_topics(findings: Findings) -> list[str]:

@@ -26,22 +26,12 @@ from study.events.inputs import SessionResumed
 from study.recording.identity import PART
 from study.recording.losses import Loss
 from study.recording.reader import RawRecord, Recording, read_recording
+from study.recording.spans import ALL, Span, disagreements, gaps, within
 
 SALVAGED = "_salvaged"
 _FILE_NAME = re.compile(
     rf"(?P<name>.+?)(?:_part(?P<part>[1-9][0-9]{{0,5}}))?(?P<copy>{SALVAGED})?\.mcap(\.part)?"
 )
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Span:
-    """Which sequence numbers one part contributes, both ends included; empty if last < first."""
-
-    first: int
-    last: int
-
-
-_ALL = Span(0, 2**64 - 1)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -101,8 +91,32 @@ class SessionRecording:
     @property
     def problems(self) -> tuple[str, ...]:
         """In words, what is missing, was left out or does not fit together; of several, where."""
-        told = ((f"Part {part_number(p)}: " if self.parts[1:] else "", p) for p in self.parts)
+        parts = [part for part in self.parts if part not in self._made_up_for]
+        told = ((f"Part {part_number(p)}: " if self.parts[1:] else "", p) for p in parts)
         return (*(lead + problem for lead, p in told for problem in p.problems), *self.faults)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """In words, what is no problem but wants an explanation: files that were not closed."""
+        return tuple(
+            f"Part {part_number(part)} was not closed; part {number} goes on from record {first}: "
+            "nothing is missing."
+            for part in self._made_up_for
+            for number, first in [self._after(part)]
+        )
+
+    @property
+    def _made_up_for(self) -> tuple[Recording, ...]:
+        """The parts that break off, and nothing that belongs to the session is missing for it."""
+        return () if self.faults else tuple(part for part in self.parts[:-1] if part.unclosed)
+
+    def _after(self, part: Recording) -> tuple[int, int]:
+        """Return which part adds records after one, and from which record on."""
+        place = self.parts.index(part) + 1
+        later = [*zip(self.parts[place:], self.spans[place:], strict=True)]
+        held = (pair for pair in later if pair[1].first <= pair[1].last)
+        other, span = next(held, later[-1])
+        return part_number(other), span.first
 
     @cached_property
     def sha256(self) -> str:
@@ -117,7 +131,7 @@ class SessionRecording:
         if not self.left_out:
             return 0
         return sum(
-            _within(raw.sequence, span) and not self._kept(raw.sequence, span)
+            within(raw.sequence, span) and not self._kept(raw.sequence, span)
             for part, span in zip(self.parts, self.spans, strict=True)
             for raw in part.raw()
         )
@@ -128,7 +142,7 @@ class SessionRecording:
         if not self.left_out:
             return 0
         return sum(
-            _within(sequence, span) and not self._kept(sequence, span)
+            within(sequence, span) and not self._kept(sequence, span)
             for part, span in zip(self.parts, self.spans, strict=True)
             for sequence, _ in part.records(TrialStarted.topic)
         )
@@ -148,7 +162,7 @@ class SessionRecording:
         """
         for part, span in zip(self.parts, self.spans, strict=True):
             for sequence, record in part.records(*topics):
-                if _within(sequence, span):
+                if within(sequence, span):
                     yield record, self._kept(sequence, span)
 
     def raw(self, *families: Family, after: RawRecord | None = None) -> Iterator[RawRecord]:
@@ -156,7 +170,7 @@ class SessionRecording:
         for part, span in zip(self.parts, self.spans, strict=True):
             if after is not None and span.last <= after.sequence:
                 continue
-            inside = after if after is not None and _within(after.sequence, span) else None
+            inside = after if after is not None and within(after.sequence, span) else None
             for raw in part.raw(*families, after=inside) if inside else part.raw(*families):
                 if self._kept(raw.sequence, span):
                     yield raw
@@ -184,11 +198,7 @@ class SessionRecording:
         return found
 
     def _kept(self, sequence: int, span: Span) -> bool:
-        return _within(sequence, span) and not any(_within(sequence, out) for out in self.left_out)
-
-
-def _within(sequence: int, span: Span) -> bool:
-    return span.first <= sequence <= span.last
+        return within(sequence, span) and not any(within(sequence, out) for out in self.left_out)
 
 
 def read_session(path: Path) -> SessionRecording:
@@ -285,7 +295,7 @@ def join_parts(recordings: Iterable[Recording]) -> list[SessionRecording]:
 
 def _joined(parts: tuple[Recording, ...]) -> SessionRecording:
     if len(parts) == 1 and part_number(parts[0]) == 1:
-        return SessionRecording(parts, (_ALL,), (), parts[0].losses)
+        return SessionRecording(parts, (ALL,), (), parts[0].losses)
     spans: list[Span] = []
     left_out: list[Span] = []
     faults: list[str] = []
@@ -298,7 +308,7 @@ def _joined(parts: tuple[Recording, ...]) -> SessionRecording:
             numbers = numbers[numbers > 0]
             repeated = numbers[numbers <= seen]
             if repeated.size:
-                faults += _disagreements(parts[:place], part, repeated)
+                faults += disagreements(parts[:place], part, repeated)
         for sequence, record in part.records(SessionResumed.topic):
             if isinstance(record, SessionResumed) and sequence > seen:
                 left_out.append(Span(record.after_sequence + 1, sequence - 1))
@@ -306,45 +316,10 @@ def _joined(parts: tuple[Recording, ...]) -> SessionRecording:
         spans.append(Span(seen + 1, last))
         kept.append(numbers[numbers > seen])
         seen = max(seen, last)
-    losses = _gaps(np.concatenate(kept), left_out)
+    losses = gaps(np.concatenate(kept), left_out)
     faults += [
         f"Records {loss.first} to {loss.last} are in none of the parts found." for loss in losses
     ]
     # Of a torn end only the last part's is a loss: what other parts lack shows as a gap.
     losses += [loss for loss in parts[-1].losses if loss.last is None]
     return SessionRecording(parts, tuple(spans), tuple(left_out), tuple(losses), tuple(faults))
-
-
-def _gaps(held: npt.NDArray[np.int64], left_out: list[Span]) -> list[Loss]:
-    """Return which records of the session are in no part; those left out are not missed."""
-    missing: list[Loss] = []
-    # The opening note, number 0, says nothing of the session.
-    held = held[held > 0]
-    for place in np.flatnonzero(np.diff(held, prepend=0) > 1).tolist():
-        first = int(held[place - 1]) + 1 if place else 1
-        last = int(held[place]) - 1
-        for out in sorted(left_out, key=lambda span: span.first):
-            if _within(first, out):
-                first = out.last + 1
-            if _within(last, out):
-                last = out.first - 1
-        if first <= last:
-            missing.append(Loss(first, last, None, None))
-    return missing
-
-
-def _disagreements(
-    before: tuple[Recording, ...], part: Recording, repeated: npt.NDArray[np.int64]
-) -> list[str]:
-    """Compare what a part repeats with what the parts before it hold."""
-    numbers = Span(int(repeated[0]), int(repeated[-1]))
-    theirs: dict[int, tuple[str, int, bytes]] = {}
-    for earlier in before:
-        for raw in earlier.raw():
-            if raw.sequence and _within(raw.sequence, numbers):
-                theirs.setdefault(raw.sequence, (raw.topic, raw.log_time_ns, raw.data))
-    for raw in part.raw():
-        ours = (raw.topic, raw.log_time_ns, raw.data)
-        if _within(raw.sequence, numbers) and theirs.get(raw.sequence, ours) != ours:
-            return [f"Record {raw.sequence} of {part.path.name} differs in a part before it."]
-    return []

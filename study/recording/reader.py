@@ -64,6 +64,7 @@ class Recording:
         chunks: those readable, in order of sequence.
         numbers: the sequence numbers held: first and last of each unbroken run.
         counts: topic to the number of its records.
+        unclosed: whether it breaks off before it was closed, and nothing else is wrong with it.
     """
 
     path: Path
@@ -77,6 +78,7 @@ class Recording:
     lost_by_topic: dict[str, int] = dataclasses.field(default_factory=dict)
     numbers: tuple[tuple[int, int], ...] = dataclasses.field(default=(), repr=False)
     counts: dict[str, int] = dataclasses.field(default_factory=dict, repr=False)
+    unclosed: bool = False
 
     @property
     def salvaged_from(self) -> str:
@@ -256,6 +258,7 @@ def read_recording(path: Path) -> Recording:
         lost_by_topic=contents.lost_by_topic,
         numbers=contents.numbers,
         counts=contents.counts,
+        unclosed=contents.unclosed,
     )
 
 

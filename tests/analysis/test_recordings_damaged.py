@@ -7,10 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from analysis.commands import main as command
 from analysis.recordings import Session, load_recordings, timestep_blocks
 from analysis.results import compute_results
 from analysis.sections.quality import flags
+from analysis.sections.summary import tiles
 from analysis.tables.study_tables import StudyTables
 from cut_sessions import whole_session, write_part
 from study.commands.recover import salvaged_path
@@ -101,3 +104,41 @@ def test_a_salvaged_copy_of_a_part_is_no_problem(
             assert aside.file == (original if torn else copy).name
             assert "Left out: " in str(aside)
             original.unlink()
+
+
+@pytest.mark.parametrize("missing", [0, 5])
+def test_a_part_whose_writer_was_killed_is_a_problem_only_where_records_are_missing(
+    tmp_path: Path, missing: int
+) -> None:
+    """The part after it holds what was not on disk; a line says so, and nothing is counted."""
+    whole = whole_session(tmp_path / "whole", pause_s=0.02)
+    recording = read_recording(whole)
+    records = [raw for raw in recording.raw() if raw.sequence]
+    folder = tmp_path / "recordings"
+    folder.mkdir()
+    torn = folder / f"{whole.name}.part"
+    torn.write_bytes(whole.read_bytes()[: int(recording.chunks.start[-2])])
+    first = read_recording(torn).losses[0].first
+    again = [raw for raw in records if raw.sequence >= (first + missing if missing else first - 9)]
+    second = write_part(folder, again, base_name(whole), 2)
+    assert verify(second).matches
+    done = CliRunner().invoke(
+        command.app, ["tables", str(folder), "-o", str(tmp_path / "tables")], env={"COLUMNS": "400"}
+    )
+    study = load_recordings([folder])
+    results = compute_results(study, StudyTables(study))
+    (faulty,) = (tile for tile in tiles(results) if tile.name == "files with problems")
+    kinds = {flag.kind for flag in flags(results)}
+    (row,) = StudyTables(study).frame("sessions").itertuples()
+    remark = f"Part 1 was not closed; part 2 goes on from record {first}: nothing is missing."
+    if missing:
+        assert "Damaged: " in done.output
+        assert "nothing is missing" not in done.output
+        assert (faulty.value, "File" in kinds, row.file_complete) == ("1", True, False)
+        lost = f"Records {first} to {first + missing - 1} are in none of the parts"
+        assert lost in str(row.problems)
+    else:
+        assert "Damaged" not in done.output
+        assert f"{torn.name}: {remark}" in done.output
+        assert (faulty.value, "File" in kinds, row.file_complete) == ("0", False, True)
+        assert row.problems == ""

@@ -23,6 +23,7 @@ from study.errors import StudyError
 from study.events.events import Deviation, Paused, Resumed, SessionEnded, TrialStarted
 from study.events.fields import Record
 from study.events.inputs import RecordingInterrupted, TimestepDue
+from study.recording.parts import read_session
 from study.recording.reader import read_recording
 from study.recording.wire import decode
 from study.verification import verify_recording
@@ -151,6 +152,10 @@ def test_a_lost_writer_costs_a_pause(tmp_path: Path, blow: signal.Signals) -> No
     assert [name.split(".", 1)[1] for name in names] == ["mcap.part", "mcap"]
     assert names[1].removesuffix("_part2.mcap") == names[0].removesuffix(".mcap.part")
     records = assert_replays(folder)
+    # The file that was left as it was is explained, and is no problem.
+    session = read_session(parts_in(folder)[0])
+    assert session.problems == ()
+    assert session.remarks[0].startswith("Part 1 was not closed; part 2 goes on from record ")
     paused = next(record for record in records if isinstance(record, Paused))
     assert paused.reason == "recording interrupted"
     deviation = next(record for record in records if isinstance(record, Deviation))

@@ -52,6 +52,7 @@ class MemoryPart:
         self.problems: tuple[str, ...] = ()
         self.losses: tuple[Loss, ...] = ()
         self.complete = True
+        self.unclosed = False
 
     def raw(self, *families: str) -> Iterator[RawRecord]:
         """Yield the records of some families."""
@@ -230,14 +231,50 @@ def test_gap_between_parts_is_a_problem() -> None:
     assert alone.problems == ("Records 1 to 14 are in none of the parts found.",)
 
 
-def test_torn_part_that_another_makes_up_for_is_complete() -> None:
-    """What a torn file lacks is no loss if the next part holds it; its problem is still told."""
+def test_torn_part_that_another_makes_up_for_is_no_problem() -> None:
+    """What a torn file lacks is no loss if the next part holds it; other damage is told."""
     torn = MemoryPart(rows(1, 10), 1)
-    torn.complete, torn.problems = False, ("The end is missing.",)
+    torn.complete, torn.unclosed, torn.problems = False, True, ("The end is missing.",)
     session = joined(torn, MemoryPart(rows(9, 20), 2))
     assert session.complete
-    assert session.problems == ("Part 1: The end is missing.",)
+    assert session.problems == ()
+    assert session.remarks == (
+        "Part 1 was not closed; part 2 goes on from record 11: nothing is missing.",
+    )
     assert not joined(torn).complete
+    assert joined(torn).problems == ("The end is missing.",)
+    damaged = MemoryPart(rows(1, 10), 1)
+    damaged.problems = ("The attachment is missing.",)
+    told = joined(damaged, MemoryPart(rows(9, 20), 2))
+    assert (told.problems, told.remarks) == (("Part 1: The attachment is missing.",), ())
+
+
+def test_torn_part_that_nothing_makes_up_for_is_a_problem() -> None:
+    """Where records are missing all is told that is wrong; so it is of the last part."""
+    torn = MemoryPart(rows(1, 10), 1)
+    torn.complete, torn.unclosed, torn.problems = False, True, ("The end is missing.",)
+    session = joined(torn, MemoryPart(rows(15, 20), 2))
+    assert session.problems == (
+        "Part 1: The end is missing.",
+        "Records 11 to 14 are in none of the parts found.",
+    )
+    assert session.remarks == ()
+    last = MemoryPart(rows(11, 20), 2)
+    last.complete, last.unclosed, last.problems = False, True, ("The end is missing.",)
+    session = joined(MemoryPart(rows(1, 10), 1), last)
+    assert (session.problems, session.remarks) == (("Part 2: The end is missing.",), ())
+
+
+def test_a_part_that_holds_nothing_new_is_passed_over() -> None:
+    """A writer that failed at once is not the one that the session goes on with."""
+    first, second = MemoryPart(rows(1, 10), 1), MemoryPart(rows(9, 10), 2)
+    for torn in (first, second):
+        torn.complete, torn.unclosed, torn.problems = False, True, ("The end is missing.",)
+    session = joined(first, second, MemoryPart(rows(9, 20), 3))
+    assert session.remarks == tuple(
+        f"Part {part} was not closed; part 3 goes on from record 11: nothing is missing."
+        for part in (1, 2)
+    )
 
 
 def test_contradicting_repetition_is_a_problem() -> None:
