@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from analysis.damaged import KnownTrials, broken_trials, unknown_trials
 from analysis.left_out import LeftOut, SetAside
+from analysis.places import UNKNOWN, with_slots
 from analysis.planned_orders import PlannedOrders
 from analysis.salvaged_copies import without_copies
 from analysis.several_protocols import how_to_choose, protocols_in_words
@@ -51,6 +52,7 @@ class Session:
         left_out_trials: fleet runs broken off by a crash, which a resume went back behind; they
             are in none of the data here.
         planned_order: the order of conditions that the plan had; empty if no register tells.
+        slot: that the participant holds now, from 1; 0 for none, -1 if no register tells.
     """
 
     file: str
@@ -66,6 +68,7 @@ class Session:
     parts: tuple[Recording, ...] = ()
     left_out_trials: int = 0
     planned_order: tuple[str, ...] = ()
+    slot: int = UNKNOWN
 
     @property
     def files(self) -> tuple[tuple[str, str], ...]:
@@ -198,7 +201,7 @@ def load_recordings(paths: Sequence[Path], *, pool: bool = False) -> StudyRecord
             )
         except RecordingError as error:
             leave_out(joined.path, error)
-    return choose_sessions(sessions, set_aside, pool=pool)
+    return choose_sessions(with_slots(sessions), set_aside, pool=pool)
 
 
 def open_session(file: str, recording: RecordingSource) -> Session:

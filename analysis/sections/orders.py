@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from analysis.formatting import counted
+from analysis.places import UNKNOWN, holds_slot
 from analysis.protocol_facts import ProtocolFacts
-from analysis.recordings import StudyRecordings
+from analysis.recordings import Session, StudyRecordings
 from study.orders import possible_orders
 
 
@@ -35,20 +37,39 @@ def changed_orders(study: StudyRecordings, facts: ProtocolFacts) -> list[tuple[s
 def uneven_orders(study: StudyRecordings, facts: ProtocolFacts) -> str:
     """Say how often each order was run if that differs by more than one; empty otherwise.
 
-    Nothing is said of sessions that were pooled from several designs.
+    As in the register, those count who hold a slot; how many do not is said beside it. Nothing is
+    said of sessions that were pooled from several designs.
     """
     designs = {tuple(_designed(session.protocol)) for session in study.sessions}
     if len(designs) != 1:
         return ""
     (designed,) = designs
-    ran = Counter(session.opened.order for session in study.sessions)
+    ran = Counter(session.opened.order for session in study.sessions if holds_slot(session))
     counts = [ran[order] for order in designed]
     if not counts or max(counts) - min(counts) <= 1:
         return ""
-    return "; ".join(
+    told = [
         f"{count} × {_in_words(order, facts)}"
         for order, count in zip(designed, counts, strict=True)
-    )
+    ]
+    return "; ".join(filter(None, (*told, _drop_outs_in_words(study.sessions))))
+
+
+def _drop_outs_in_words(sessions: Sequence[Session]) -> str:
+    """Say which of these sessions count in no order's balance; empty if all do."""
+    gone = [session for session in sessions if not holds_slot(session)]
+    early = sum(session.slot == UNKNOWN for session in gone)
+    parts = []
+    if len(gone) > early:
+        count = len(gone) - early
+        verbs = ("holds", "is") if count == 1 else ("hold", "are")
+        parts.append(
+            f"{counted(count, 'drop-out')}, who {verbs[0]} no slot, {verbs[1]} not counted"
+        )
+    if early:
+        verb = "is" if early == 1 else "are"
+        parts.append(f"{counted(early, 'session')} that ended early {verb} not counted")
+    return "; ".join(parts)
 
 
 def _designed(protocol: Mapping[str, Any]) -> list[tuple[str, ...]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 from markupsafe import Markup
@@ -18,6 +19,8 @@ from analysis.formatting import (
     number,
     p_equation,
 )
+from analysis.places import drop_outs, holds_slot
+from analysis.recordings import Session
 from analysis.results import StudyResults
 from analysis.sections import effects
 from analysis.statistics.result import ALPHA, EffectResult, Refusal
@@ -147,8 +150,10 @@ def design(results: StudyResults) -> str:
 
 def participants_fact(results: StudyResults) -> str:
     """Say how many participants this page is about, and how many were planned."""
-    here, planned = len(results.study.sessions), results.facts.planned_participants
-    return f"{here} in this report, {planned} planned" if planned else f"{here} in this report"
+    sessions, planned = results.study.sessions, results.facts.planned_participants
+    gone = drop_outs(sessions)
+    among = f", {counted(gone, 'drop-out')} among them" if gone else ""
+    return f"{len(sessions)} in this report{among}" + (f", {planned} planned" if planned else "")
 
 
 def sessions_fact(results: StudyResults) -> str:
@@ -169,37 +174,34 @@ def tiles(results: StudyResults) -> list[Tile]:
     study, data, facts = results.study, results.data, results.facts
     sessions = study.sessions
     complete = sum(session.complete for session in sessions)
-    planned = facts.planned_participants or len(sessions)
+    gone = drop_outs(sessions)
+    planned = facts.planned_participants or len(sessions) - gone
     conditions = max(facts.planned_conditions, len(facts.levels))
     expected = (facts.planned_trials or 0) * conditions * planned
     trials = len(data.trials)
+    away = [session.opened.participant for session in sessions if not holds_slot(session)]
+    of_drop_outs = int(data.trials["participant"].isin(away).sum())
     excluded = results.cells.excluded
     deviations = len(results.deviations)
     skipped = int(results.tables.frame("timing")["skipped"].sum())
     faulty = sum(bool(s.recording.problems) for s in sessions) + study.unreadable
     broken = len(data.broken_trials) + sum(s.left_out_trials for s in sessions)
-    missing = max(0, expected - trials)
+    planned_for = trials - of_drop_outs
     return [
         Tile(
             str(complete),
             f"of {len(sessions)}",
             "sessions complete",
             complete == len(sessions) == planned,
-            _sessions_in_words(len(sessions), complete, planned),
+            _sessions_in_words(sessions, planned),
             "quality",
         ),
         Tile(
             str(trials),
             f"of {expected} planned" if expected else "",
             "trials analysed",
-            broken == 0 and (not expected or trials == expected),
-            f"{broken} broken off"
-            if broken
-            else f"{missing} not there"
-            if missing
-            else f"{trials - expected} more than planned"
-            if expected and trials > expected
-            else "none broken off",
+            broken == of_drop_outs == 0 and (not expected or trials == expected),
+            _trials_in_words(planned_for, expected, broken, of_drop_outs),
             "quality",
         ),
         Tile(
@@ -237,10 +239,27 @@ def tiles(results: StudyResults) -> list[Tile]:
     ]
 
 
-def _sessions_in_words(count: int, complete: int, planned: int) -> str:
-    parts = [f"{count - complete} incomplete"] if complete < count else []
-    if count > planned:
-        parts.append(f"{count - planned} more than planned")
-    elif count < planned:
-        parts.append(f"{planned - count} of {planned} planned not recorded")
+def _trials_in_words(trials: int, expected: int, broken: int, of_drop_outs: int) -> str:
+    """Hold the trials of those who hold a slot against the plan; give drop-outs' beside it."""
+    if broken:
+        found = f"{broken} broken off"
+    elif trials < expected:
+        found = f"{expected - trials} not there"
+    elif expected and trials > expected:
+        found = f"{trials - expected} more than planned"
+    else:
+        found = "none broken off"
+    return f"{found}; {of_drop_outs} of drop-outs" if of_drop_outs else found
+
+
+def _sessions_in_words(sessions: Sequence[Session], planned: int) -> str:
+    held = [session for session in sessions if holds_slot(session)]
+    incomplete, gone = sum(not s.complete for s in held), len(sessions) - len(held)
+    parts = [f"{incomplete} incomplete"] if incomplete else []
+    if gone:
+        parts.append(counted(gone, "drop-out"))
+    if len(held) > planned:
+        parts.append(f"{len(held) - planned} more than planned")
+    elif len(held) < planned:
+        parts.append(f"{planned - len(held)} of {planned} planned not recorded")
     return "; ".join(parts) or "all complete"

@@ -136,3 +136,20 @@ def _rows(folder: Path, query: str, *values: str) -> list[tuple[Any, ...]]:
             f"the register {path} cannot be read: {error}",
             "It says who is not to be analysed. Mend it, or move it away to do without.",
         ) from error
+
+
+_HOLDING = ("reserved", "running", "complete")
+"""States that hold a slot; the same as `study.enrolment.participants.HOLDING`."""
+
+
+def slots(folder: Path) -> dict[tuple[str, str], int]:
+    """Return (study, pseudonym) to the slot that a participant holds, from 1; 0 for none.
+
+    Raises:
+        StudyError: the register cannot be read.
+    """
+    query = "SELECT study, pseudonym, state, slot FROM participants"
+    return {
+        (study, pseudonym): slot if state in _HOLDING else 0
+        for study, pseudonym, state, slot in _rows(folder, query)
+    }
