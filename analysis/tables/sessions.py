@@ -13,7 +13,18 @@ COLUMNS = (
     Column("operator_parameters", "text", "parameters of a simulated operator, JSON object"),
     Column("seed", "text", "session seed; text, since it may exceed 64 signed bits"),
     Column("order", "label", "conditions of phase three in the order run"),
-    Column("planned_index", "integer", "place of the participant in the plan, from 0; -1 unknown"),
+    Column(
+        "planned_index",
+        "integer",
+        "place in the plan when the session was opened, from 0; -1 unknown. It may be somebody "
+        "else's by now: see slot",
+    ),
+    Column(
+        "slot",
+        "integer",
+        "slot that the participant holds now, by the register, from 1; 0 for none, as with "
+        "drop-outs; -1 if no register tells",
+    ),
     Column("started_utc", "text", "wall time of opening, ISO 8601, UTC"),
     Column("minutes", "number", "from opening to the last event", unit="min"),
     Column("complete", "boolean", "whether every stage was passed and the file is whole"),
@@ -51,6 +62,7 @@ def _row(session: Session) -> dict[str, object]:
         "seed": str(opened.seed),
         "order": order_text(opened.order),
         "planned_index": opened.planned_index,
+        "slot": session.slot,
         "started_utc": opened.started_utc,
         "minutes": last / 60e9,
         "complete": session.complete,

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import csv
 import dataclasses
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 import synthetic_study
+from analysis.commands import main as command
 from analysis.formatting import NO_BREAK
 from analysis.recordings import load_recordings
 from analysis.results import StudyResults, compute_results
@@ -106,6 +109,25 @@ def test_where_orders_are_uneven_drop_outs_are_told_apart(given_on: Path) -> Non
         "Not balanced: 3 × Manual then Assisted; 1 × Assisted then Manual; "
         "3 sessions that ended early are not counted"
     ]
+
+
+def test_the_table_has_the_slot_held_now(given_on: Path, tmp_path: Path) -> None:
+    """Beside the place at the opening, which somebody else may have after a resume."""
+    with Register(given_on) as register:
+        assert register.resume("synthetic", "P04").slot == 3
+        register.finish("synthetic", "P04", "complete")
+
+    def table() -> dict[str, str]:
+        """Return the slots that the table of sessions has."""
+        out = tmp_path / "tables"
+        done = CliRunner().invoke(command.app, ["tables", str(given_on), "-o", str(out)])
+        assert done.exit_code == 0, done.output
+        with (out / "sessions.csv").open(encoding="utf-8", newline="") as stream:
+            return {row["participant"]: row["slot"] for row in csv.DictReader(stream)}
+
+    assert table() == {"P01": "1", "P02": "0", "P03": "0", "P04": "3", "P05": "2"}
+    (given_on / FILE_NAME).unlink()
+    assert set(table().values()) == {"-1"}
 
 
 def test_states_that_hold_a_slot_are_the_registers(tmp_path: Path) -> None:
