@@ -24,6 +24,9 @@ def test_wheel_holds_protocols_fonts_and_templates(tmp_path: Path) -> None:
         "study/simulated/users/navigation.safetensors",
         "study/shell/fonts/Inter-Medium.otf",
         "study/shell/fonts/OFL.txt",
+        "study/shell/fonts/DejaVuSans.ttf",
+        "study/shell/fonts/DejaVuSans-Bold.ttf",
+        "study/shell/fonts/DEJAVU_LICENSE.txt",
         "study/locales/en/LC_MESSAGES/study.mo",
         "analysis/templates/report.html.j2",
     ):
