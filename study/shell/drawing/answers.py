@@ -8,6 +8,7 @@ from study.questionnaire import TENS_FROM
 from study.screens import SurveyItem
 from study.shell.drawing import marks, palette
 from study.shell.drawing.canvas import Canvas
+from study.shell.drawing.lettering import fitting_end
 
 MOST_NUMBERED = 11
 """Answers of a scale that are drawn as numbered boxes; a longer one is a ruler."""
@@ -158,10 +159,8 @@ def _draw_typed(canvas: Canvas, item: SurveyItem, box: pygame.Rect, *, focused: 
     edge = palette.BLUE_DARK if focused else palette.EDGE
     canvas.box(box, u(8), palette.CARD, edge, u(2))
     size, room = u(21), box.width - u(40)
-    shown = item.typed
     # The end of what is typed stays in sight.
-    while canvas.text_width(shown, size) > room and shown:
-        shown = shown[1:]
+    shown = fitting_end(item.typed, "medium", max(1, size), room)
     drawn = canvas.write(shown, box.left + u(16), box.centery, size)
     if focused:
         x = drawn.right + u(3) if shown else box.left + u(16)

@@ -10,14 +10,13 @@ import pygame
 from study.messages import SOURCE, Messages, messages_for
 from study.shell.drawing import boxes, palette
 from study.shell.drawing.drawn import Boxed, Watcher, Written, is_crowded
+from study.shell.drawing.faces import CAP_HEIGHT, Weight
 from study.shell.drawing.kept import Kept
 from study.shell.drawing.lettering import (
-    CAP_HEIGHT,
     Align,
-    Weight,
     fitting_size,
-    font,
     forget_lines,
+    line_ascent,
     line_surface,
     text_width,
     wrap,
@@ -247,7 +246,7 @@ class Canvas:
         line = line_surface(text, weight, pixels, colour, tabular=tabular)
         length = line.get_width()
         left = x if align == "left" else x - length if align == "right" else x - length / 2
-        top = y + CAP_HEIGHT * pixels / 2 - font(weight, pixels).get_ascent()
+        top = y + CAP_HEIGHT * pixels / 2 - line_ascent(text, weight, pixels)
         place = pygame.Rect(
             round(left), round(y - CAP_HEIGHT * pixels / 2), length, round(CAP_HEIGHT * pixels)
         )

@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-import functools
+import bisect
 from contextlib import AbstractContextManager
-from pathlib import Path
 from typing import Literal
 
 import pygame
 
+from study.shell.drawing import faces, fallback
+from study.shell.drawing.faces import Weight, digit_cell, font, is_own
 from study.shell.drawing.kept import Kept
 from study.shell.drawing.palette import Colour
 
-Weight = Literal["medium", "semibold", "bold"]
 Align = Literal["left", "centre", "right"]
 
-FONTS = Path(__file__).parent.parent / "fonts"
-FILES: dict[Weight, str] = {
-    "medium": "Inter-Medium.otf",
-    "semibold": "Inter-SemiBold.otf",
-    "bold": "Inter-Bold.otf",
-}
-CAP_HEIGHT = 0.727
-"""Height of Inter's capitals as a share of the font's size."""
 TEXT_ROOM = 8 << 20
 """Bytes of all lines kept together."""
 _LINES = Kept(TEXT_ROOM)
@@ -30,22 +22,16 @@ LONGEST_NUMBER = 3
 """Digits of a number that is kept: robots' numbers are written in every picture."""
 
 
-@functools.lru_cache(maxsize=256)
-def font(weight: Weight, size: int) -> pygame.font.Font:
-    """Return Inter in a weight and size (pixels of the em square)."""
-    return pygame.font.Font(FONTS / FILES[weight], size)
-
-
 def clear_fonts() -> None:
     """Forget all fonts: they die with ``pygame.font.quit()``."""
-    font.cache_clear()
+    faces.clear()
     forget_lines()
-    _digit_cell.cache_clear()
 
 
 def forget_lines() -> None:
     """Keep no rendered line."""
     _LINES.clear()
+    fallback.forget()
 
 
 def no_more_lines() -> AbstractContextManager[None]:
@@ -58,11 +44,6 @@ def has_digit(text: str) -> bool:
     return any(character.isdigit() for character in text)
 
 
-@functools.lru_cache(maxsize=256)
-def _digit_cell(weight: Weight, size: int) -> int:
-    return max(font(weight, size).size(digit)[0] for digit in "0123456789")
-
-
 def text_width(text: str, weight: Weight, size: int, *, tabular: bool = False) -> int:
     """Return the width of a line in pixels.
 
@@ -72,9 +53,11 @@ def text_width(text: str, weight: Weight, size: int, *, tabular: bool = False) -
         size: of the font, pixels.
         tabular: whether all digits are equally wide, so that a running number stands still.
     """
+    if not is_own(text):
+        return fallback.width_of(text, weight, size, tabular=tabular)
     if not tabular:
         return font(weight, size).size(text)[0]
-    cell = _digit_cell(weight, size)
+    cell = digit_cell(weight, size)
     return sum(cell if c.isdigit() else font(weight, size).size(c)[0] for c in text)
 
 
@@ -84,7 +67,7 @@ def _tabular(text: str, weight: Weight, size: int, colour: Colour) -> pygame.Sur
         (text_width(text, weight, size, tabular=True), font(weight, size).get_height()),
         pygame.SRCALPHA,
     )
-    cell = _digit_cell(weight, size)
+    cell = digit_cell(weight, size)
     x = 0
     for character in text:
         glyph = line_surface(character, weight, size, colour)
@@ -101,16 +84,26 @@ def line_surface(
 
     What counts, points or seconds, is not kept as a line: it would be kept for each number.
     """
-    if tabular:
+    if tabular and is_own(text):
         return _tabular(text, weight, size, colour)
     key = (text, weight, size, colour)
     found = _LINES.get(key)
     if found is None:
-        found = font(weight, size).render(text, antialias=True, color=colour)
+        if is_own(text):
+            found = font(weight, size).render(text, antialias=True, color=colour)
+        else:
+            found = fallback.picture_of(text, weight, size, colour, tabular=tabular)
         number = text.isdigit() and len(text) <= LONGEST_NUMBER
         if number or not has_digit(text):
             _LINES.keep(key, found)
     return found
+
+
+def line_ascent(text: str, weight: Weight, size: int) -> int:
+    """Return how far under the upper edge of a rendered line its baseline is, pixels."""
+    if is_own(text):
+        return font(weight, size).get_ascent()
+    return fallback.ascent_of(text, weight, size)
 
 
 def wrap(text: str, weight: Weight, size: int, width: int) -> list[str]:
@@ -146,3 +139,14 @@ def fitting_size(text: str, weight: Weight, size: int, width: int, smallest: int
     while size > smallest and text_width(text, weight, size) > width:
         size -= 1
     return size
+
+
+def fitting_end(text: str, weight: Weight, size: int, width: int) -> str:
+    """Return as much of a line's end as fits a width."""
+    # The width is asked for a few ends alone: of a long text, a line is laid for each.
+    first = bisect.bisect_left(
+        range(len(text)),
+        True,  # noqa: FBT003 - what is searched for
+        key=lambda start: text_width(text[start:], weight, size) <= width,
+    )
+    return text[first:]

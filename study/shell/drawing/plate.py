@@ -9,8 +9,8 @@ import pygame
 from study.screens import Tile
 from study.shell.drawing import chrome, cues, marks, palette
 from study.shell.drawing.canvas import Canvas
+from study.shell.drawing.faces import CAP_HEIGHT
 from study.shell.drawing.grid import TilePlace
-from study.shell.drawing.lettering import CAP_HEIGHT
 from study.shell.drawing.palette import Colour
 
 LOW_HEALTH = 30

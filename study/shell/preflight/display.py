@@ -12,7 +12,8 @@ import pygame
 
 from study.preflight_result import Check, Limits
 from study.screens import FleetScreen
-from study.shell.drawing.lettering import FILES, FONTS
+from study.shell.drawing.faces import FILES, FONTS, OTHER_FILES
+from study.shell.drawing.fallback import lacking
 from study.shell.interrupts import ctrl_c_later
 from study.shell.live_loop import LiveClock, LiveLoop
 from study.shell.preflight.rolling import NoRecorder, Rolling
@@ -116,22 +117,16 @@ def punctuality(window: Window, screen: FleetScreen, rate: float) -> Check:
 
 def letters(texts: Iterable[str]) -> Check:
     """Check that the fonts are there and have every letter of the participant's texts."""
-    needed = sorted({letter for text in texts for letter in text if letter.isprintable()} - {" "})
-    missing: set[str] = set()
+    read = list(texts)
     wanted = "every letter of the study's texts in all three weights"
-    for file in FILES.values():
+    for file in (*FILES.values(), *sorted(set(OTHER_FILES.values()))):
         try:
-            face = pygame.font.Font(FONTS / file, 20)
+            pygame.font.Font(FONTS / file, 20)
         except (OSError, pygame.error) as error:
             return Check(name="fonts", state="red", found=f"{file}: {error}", wanted=wanted,
                          advice="Install the program again: its fonts are missing.")  # fmt: skip
-        metrics = face.metrics("".join(needed)) or []
-        # A missing glyph has no outline.
-        missing |= {
-            letter
-            for letter, outline in zip(needed, metrics, strict=False)
-            if outline is None or not any(outline[:4])
-        }
+    needed = {letter for text in read for letter in text if letter.isprintable()} - {" "}
+    missing = {letter for text in read for weight in FILES for letter in lacking(text, weight)}
     if missing:
         return Check(
             name="fonts", state="red", found=f"no glyph for {' '.join(sorted(missing)[:20])}",
