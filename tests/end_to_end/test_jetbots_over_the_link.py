@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 
 from command_line import study
 from extras import need
+from patience import until
 from protocols import jetbots, lap_study
 from study.events.events import Deviation, SessionEnded
 from study.events.inputs import RobotReported
@@ -20,16 +22,25 @@ from twin_process import TwinProcess, running_twin
 need("mujoco", "zmq")
 
 
-class Troubles(threading.Thread):
-    """What goes wrong for a second each, over and over."""
+def begun(folder: Path) -> None:
+    """Wait until a session is recorded there: a busy computer takes its time to begin."""
+    until(lambda: any(folder.glob("*.mcap*")))
 
-    def __init__(self, *faults: tuple[Callable[[], None], Callable[[], None]]) -> None:
-        super().__init__()
+
+class Troubles(threading.Thread):
+    """What goes wrong for a second each, over and over, once a session is recorded."""
+
+    def __init__(
+        self, folder: Path, *faults: tuple[Callable[[], None], Callable[[], None]]
+    ) -> None:
+        super().__init__(daemon=True)
+        self._folder = folder
         self._faults = faults
         self.ending = threading.Event()
 
     def run(self) -> None:
         """Go on until told otherwise."""
+        begun(self._folder)
         while not self.ending.is_set():
             for fault in self._faults:
                 for change in fault:
@@ -73,11 +84,12 @@ def test_a_session_survives_what_befalls_its_robots(tmp_path: Path) -> None:
     with running_twin(tmp_path / "keys", 2) as twin:
         protocol = jetbots(tmp_path, twin.robots_file)
         troubles = Troubles(
+            tmp_path / "out",
             told(twin, "pose_lost 2 on", "pose_lost 2 off"),
             told(twin, "camera_frozen 1 on", "camera_frozen 1 off"),
             told(twin, "battery 2 0.05", "battery 2 1"),
         )
-        threading.Timer(6.0, troubles.start).start()
+        troubles.start()
         simulated(protocol, tmp_path / "out")
         troubles.ending.set()
     expected = {(1, "pose_lost"), (0, "camera_stale"), (1, "battery_flat")}
@@ -97,11 +109,12 @@ def test_the_lap_study_survives_bad_cables(tmp_path: Path) -> None:
             cable.delay_s = seconds
 
         troubles = Troubles(
+            tmp_path / "out",
             (cable.held.set, cable.held.clear),
             (lambda: slow(0.2), lambda: slow(0.0)),
             (cable.sever, lambda: None),
         )
-        threading.Timer(8.0, troubles.start).start()
+        troubles.start()
         simulated(lap_study(tmp_path, twin.robots_file), tmp_path / "out")
         troubles.ending.set()
         cable.close()
@@ -113,7 +126,13 @@ def test_the_lap_study_survives_bad_cables(tmp_path: Path) -> None:
 def test_the_lap_study_survives_its_twin_killed(tmp_path: Path) -> None:
     """Everything is lost at once in the middle; the session goes on to its end without robots."""
     with running_twin(tmp_path / "keys", 3) as twin:
-        threading.Timer(20.0, twin.process.kill).start()
+
+        def kill_in_the_middle() -> None:
+            begun(tmp_path / "out")
+            time.sleep(10.0)
+            twin.process.kill()
+
+        threading.Thread(target=kill_in_the_middle, daemon=True).start()
         simulated(lap_study(tmp_path, twin.robots_file), tmp_path / "out")
         assert twin.process.poll() is not None
     stops = stops_of(tmp_path / "out")
