@@ -258,6 +258,13 @@ def open_session(file: str, recording: RecordingSource) -> Session:
     )
 
 
+def _why_not(other: Session, chosen: Session) -> str:
+    """Say why one session of a participant is not analysed beside the one that is."""
+    if other.opened.session_id == chosen.opened.session_id:
+        return f"a copy of the session that is analysed, {chosen.file}"
+    return f"another session of {other.opened.participant}; {chosen.file} is analysed"
+
+
 def choose_sessions(
     sessions: Sequence[Session], set_aside: Sequence[SetAside] = (), *, pool: bool = False
 ) -> StudyRecordings:
@@ -293,7 +300,7 @@ def choose_sessions(
             SetAside(
                 other.file,
                 participant,
-                f"another session of {participant}; {ranked[0].file} is analysed",
+                _why_not(other, ranked[0]),
                 other.opened.started_utc,
             )
             for other in ranked[1:]

@@ -197,10 +197,10 @@ def tiles(results: StudyResults) -> list[Tile]:
             "quality",
         ),
         Tile(
-            str(trials),
+            str(planned_for),
             f"of {expected} planned" if expected else "",
             "trials analysed",
-            broken == of_drop_outs == 0 and (not expected or trials == expected),
+            broken == of_drop_outs == 0 and (not expected or planned_for == expected),
             _trials_in_words(planned_for, expected, broken, of_drop_outs),
             "quality",
         ),
@@ -249,7 +249,7 @@ def _trials_in_words(trials: int, expected: int, broken: int, of_drop_outs: int)
         found = f"{trials - expected} more than planned"
     else:
         found = "none broken off"
-    return f"{found}; {of_drop_outs} of drop-outs" if of_drop_outs else found
+    return f"{found}; {of_drop_outs} of drop-outs too" if of_drop_outs else found
 
 
 def _sessions_in_words(sessions: Sequence[Session], planned: int) -> str:

@@ -27,7 +27,7 @@ from study.preflight_result import forget_rehearsed
 
 BY_HAND = (
     "[yellow]Still to be done by hand:[/] erase reports, tables and exports of this participant, "
-    "make those of several participants anew, and erase copies and backups."
+    "make those of several participants anew, and erase copies and backups elsewhere."
 )
 """What the program cannot erase: it does not know where that is."""
 _REMOVE = "The participant asked for it: remove the file by hand."
@@ -321,7 +321,8 @@ def tell_place(loaded: LoadedProtocol, assignment: Assignment, folder: Path) -> 
     )
     least = min(used.count(order) for order in designed)
     mine = used.count(assignment.order)
-    if assignment.order not in designed or mine > least + 1:
+    # Else it is the slot's, as in a second session, whatever the plan has next.
+    if assignment.remark and (assignment.order not in designed or mine > least + 1):
         errors.print(
             f"[yellow]The order {escape(','.join(assignment.order))} is not the one that the plan "
             "has next;[/] the register notes that it was set by hand."
@@ -337,10 +338,11 @@ def announce(assignment: Assignment) -> str:
     )
 
 
-def announce_resumed(boundary: Boundary) -> str:
-    """Say who goes on, for the terminal."""
+def announce_resumed(boundary: Boundary, known: Participant) -> str:
+    """Say who goes on, and in which slot, for the terminal."""
     opened = boundary.opened
     return (
-        f"Participant [bold]{opened.participant}[/], order {' then '.join(opened.order)}: "
-        "going on at the last stage entered. Escape pauses."
+        f"Participant [bold]{opened.participant}[/], "
+        f"{'pilot' if known.pilot else f'slot {known.slot}'}, "
+        f"order {' then '.join(opened.order)}: going on at the last stage entered. Escape pauses."
     )

@@ -131,7 +131,7 @@ def run(
                 boundary = find_boundary(loaded, whose, output)
                 enrolled = enrolling.Enrolled(loaded, whose, output)
                 known = enrolled.resume()
-                console.print(enrolling.announce_resumed(boundary))
+                console.print(enrolling.announce_resumed(boundary, known))
                 session = partial(resume_session, loaded, boundary, output, pilot=known.pilot)
                 order_note = ""
             else:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from study.enrolment.participants import Participant, State
+from study.enrolment.participants import HOLDING, Participant, State
 from study.enrolment.register import Register
 from study.errors import StudyError
 
@@ -87,8 +87,14 @@ def set_pilot(
         if now.pilot == pilot:
             raise StudyError(f'participant "{now.pseudonym}" is {word} already')
         register.move(now, pilot=pilot)
-        register.note_history(now.study, now.pseudonym, "marked", _with_reason(word, reason))
-        return _current(register, known)
+        after = _current(register, known)
+        detail = _with_reason(word, reason)
+        if after.state in HOLDING:
+            # Pilots have slots of their own, and one that was left may be somebody else's by now.
+            kind = "pilot slot" if pilot else "slot"
+            detail += f"; now in {kind} {after.slot}"
+        register.note_history(now.study, now.pseudonym, "marked", detail)
+        return after
 
 
 def note(register: Register, known: Participant, text: str) -> None:

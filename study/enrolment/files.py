@@ -19,15 +19,21 @@ def files_of(register: Register, study: str, pseudonym: str) -> list[Path]:
 
     Looked through are the register's folder and those under it that have no register of their
     own. A file there is the participant's by its metadata, or, where it cannot be read, by the
-    name that a session gave it: parts, unfinished files, salvaged copies and exports too.
+    name that a session gave it: parts, unfinished files, salvaged copies and exports too. A video
+    that was noted and moved within these folders is found by its name.
     """
     folder = register.folder
     with register.transaction():
-        rows = register.connection.execute(
-            "SELECT path FROM files WHERE study = ? AND pseudonym = ?", (study, pseudonym)
-        ).fetchall()
-    found = {folder / row[0] for row in rows}
-    found.update(path for path in under(folder).files if _is_of(path, study, pseudonym))
+        rows = register.connection.execute("SELECT path, study, pseudonym FROM files").fetchall()
+    noted = {folder / row[0]: (row[1], row[2]) == (study, pseudonym) for row in rows}
+    found = {path for path, is_theirs in noted.items() if is_theirs}
+    # A video says nothing of whose it is: one that was moved is known by its name.
+    moved = {path.name for path in found if not path.is_file()}
+    found.update(
+        path
+        for path in under(folder, moved).files
+        if _is_of(path, study, pseudonym) or (path.name in moved and noted.get(path, True))
+    )
     return sorted(path for path in found if path.is_file())
 
 

@@ -167,7 +167,7 @@ class Register(Ledger):
                 return
             earlier = self.earlier_state(study, pseudonym)
             kept: State = "complete" if earlier == "complete" else state
-            detail = f"this session: {state}, {reason}" if kept != state else reason
+            detail = f"session {known.visits}: {state}, {reason}" if kept != state else reason
             self.change(study, pseudonym, kept, detail)
 
     def release(self, study: str, pseudonym: str) -> None:

@@ -242,10 +242,14 @@ def read_recording(path: Path) -> Recording:
         size = path.stat().st_size
         with path.open("rb") as stream:
             contents = read_contents(stream, size, path)
+    except FileNotFoundError as error:
+        closed = path.with_suffix("")
+        if path.suffix == ".part" and closed.exists():
+            # Its session ended between the listing of its folder and now.
+            return read_recording(closed)
+        raise _unreadable(path, error) from error
     except OSError as error:
-        raise RecordingError(
-            f"{path} cannot be read: {error.strerror}", "Give the path of a recording (*.mcap)."
-        ) from error
+        raise _unreadable(path, error) from error
     return Recording(
         path=path,
         complete=contents.complete,
@@ -259,6 +263,12 @@ def read_recording(path: Path) -> Recording:
         numbers=contents.numbers,
         counts=contents.counts,
         unclosed=contents.unclosed,
+    )
+
+
+def _unreadable(path: Path, error: OSError) -> RecordingError:
+    return RecordingError(
+        f"{path} cannot be read: {error.strerror}", "Give the path of a recording (*.mcap)."
     )
 
 

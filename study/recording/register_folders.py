@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+from collections.abc import Collection
 from pathlib import Path
 
 FILE_NAME = "participants.sqlite"
@@ -29,8 +30,13 @@ class Under:
     unseen: tuple[Path, ...]
 
 
-def under(folder: Path) -> Under:
-    """Look through a folder and those under it; links to folders are not followed."""
+def under(folder: Path, names: Collection[str] = ()) -> Under:
+    """Look through a folder and those under it; links to folders are not followed.
+
+    Args:
+        folder: where.
+        names: of other files that are looked for too.
+    """
     files: list[Path] = []
     registers: list[Path] = []
     unseen: list[Path] = []
@@ -38,9 +44,9 @@ def under(folder: Path) -> Under:
     def not_seen(error: OSError) -> None:
         unseen.append(Path(error.filename))
 
-    for place, folders, names in os.walk(folder, onerror=not_seen):
+    for place, folders, found in os.walk(folder, onerror=not_seen):
         here = Path(place)
-        files += [here / name for name in names if ".mcap" in name]
+        files += [here / name for name in found if ".mcap" in name or name in names]
         own = [name for name in folders if has_register(here / name)]
         registers += [here / name for name in own]
         # What is left in this list is walked through.

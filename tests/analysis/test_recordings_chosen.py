@@ -180,3 +180,13 @@ def test_people_and_simulated_participants_are_pooled_only_on_request(
     with pytest.raises(StudyError, match="persons and simulated participants"):
         choose_sessions([simulated, person])
     assert len(choose_sessions([simulated, person], pool=True).sessions) == 2
+
+
+def test_a_copy_is_called_a_copy(tmp_path: Path) -> None:
+    """Of the same session, in another folder; a second session of the participant is none."""
+    path = write_session(tmp_path, small("A", 0))
+    (tmp_path / "backup").mkdir()
+    shutil.copy(path, tmp_path / "backup")
+    (left_out,) = load_recordings([tmp_path]).set_aside
+    assert left_out.reason == f"a copy of the session that is analysed, {path.name}"
+    assert not left_out.unreadable

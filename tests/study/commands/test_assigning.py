@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from protocols import variant
 from study.commands.composing import session_opened, start_recorder
-from study.commands.enrolling import assign, foreseen
+from study.commands.enrolling import assign, foreseen, tell_place
 from study.commands.run import parse_size
 from study.commands.simulating import default_seed, simulated_assignments
 from study.enrolment.importing import bring_in_step
@@ -66,6 +66,24 @@ def test_a_name_is_refused(tmp_path: Path) -> None:
         orders = [("manual", "assisted")]
         register.reserve(loaded.protocol.study.name, orders, pseudonym="AnnaSchmidt")
     assert assign(loaded, "AnnaSchmidt", tmp_path).planned_index == 0
+
+
+def test_the_slots_own_order_is_not_called_set_by_hand(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A second session has it whatever the plan has next; one that was set is told."""
+    loaded = load_protocol("smoke")
+    assign(loaded, "P01", tmp_path)
+    with Register(tmp_path) as register:
+        register.start("smoke", "P01")
+        register.finish("smoke", "P01", "complete")
+    by_hand = assign(loaded, "P02", tmp_path, order="manual,assisted")
+    tell_place(loaded, by_hand, tmp_path)
+    assert "notes that it was set by hand" in " ".join(capsys.readouterr().err.split())
+    second = assign(loaded, "P01", tmp_path, again=True)
+    assert second.order == by_hand.order
+    tell_place(loaded, second, tmp_path)
+    assert capsys.readouterr().err == ""
 
 
 def test_an_order_against_the_plan_is_remarked(tmp_path: Path) -> None:

@@ -92,6 +92,10 @@ def test_pilots_and_studies_are_apart(tmp_path: Path) -> None:
         assert (moved.slot, moved.pilot) == (4, True)
         # The first slot is free again.
         assert register.reserve("s", [AB, BA]).order == AB
+        assert editing.set_pilot(register, known, "a slip", pilot=False).slot == 2
+        told = [line.detail for line in register.history("s", known.pseudonym)][-2:]
+        assert told == ["a pilot; now in pilot slot 4", "no pilot: a slip; now in slot 2"]
+        editing.set_pilot(register, known, pilot=True)
         with pytest.raises(StudyError, match="a pilot already"):
             editing.set_pilot(register, known, pilot=True)
 
@@ -161,7 +165,7 @@ def test_a_session_on_another_day(tmp_path: Path) -> None:
         known = register.find("s", "P1")
         assert known is not None
         assert (known.state, known.slot) == ("complete", 1)
-        assert known.reason == "this session: dropped, stopped by the participant"
+        assert known.reason == "session 2: dropped, stopped by the participant"
         assert [line.what for line in register.history("s", "P1")] == [
             *("reserved", "running", "complete", "reserved", "again", "running", "complete")
         ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from collections.abc import Collection
 from pathlib import Path
 
 import pytest
@@ -199,8 +200,8 @@ def test_a_folder_that_nobody_may_look_into_is_told(
     known_in(tmp_path)
     look = under
 
-    def unseen(folder: Path) -> object:
-        found = look(folder)
+    def unseen(folder: Path, names: Collection[str] = ()) -> object:
+        found = look(folder, names)
         return type(found)(found.files, found.registers, (folder / "closed",))
 
     monkeypatch.setattr("study.enrolment.files.under", unseen)
@@ -216,3 +217,19 @@ def test_a_session_moved_below_is_not_resumed_but_found(tmp_path: Path) -> None:
     with pytest.raises(StudyError, match="no recording of participant") as caught:
         find_boundary(load_protocol("smoke"), "P01", tmp_path)
     assert caught.value.hint == f"There is {path}: put it, with its other parts, into {tmp_path}."
+
+
+def test_a_video_that_was_moved_is_found_by_its_name(tmp_path: Path) -> None:
+    """It says nothing of whose it is; one of the same name that is somebody else's stays."""
+    for name, place in (("P01", tmp_path), ("P02", tmp_path / "second")):
+        path = record(tmp_path, name, ended=COMPLETE)
+        known_in(tmp_path)
+        place.mkdir(exist_ok=True)
+        (place / "film.webm").write_bytes(b"film")
+        note_export(path, place / "film.webm")
+    away = moved(tmp_path / "film.webm", tmp_path / "films" / "march")
+    with Register(tmp_path) as register:
+        erased = withdraw(register, "smoke", "P01")
+    assert away in erased
+    assert not away.exists()
+    assert (tmp_path / "second" / "film.webm").exists()

@@ -256,3 +256,11 @@ def test_the_reader_stays_light(whole: Path) -> None:
         cwd=ROOT,
     )
     assert done.stdout.strip() == "[]"
+
+
+def test_a_recording_closed_while_its_folder_is_looked_at_is_read(whole: Path) -> None:
+    """It was listed as unfinished, and has its final name by now."""
+    listed = whole.with_name(f"{whole.name}.part")
+    assert read_recording(listed).path == whole
+    with pytest.raises(RecordingError, match="No such file"):
+        read_recording(whole.with_name("nothing.mcap.part"))
