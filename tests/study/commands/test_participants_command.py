@@ -179,8 +179,8 @@ def test_marks_and_history(folder: Path) -> None:
         "complete",
         "excluded: fell ill",
         "complete: restored by hand: it was another",
-        "marked: a pilot",
-        "marked: no pilot: a slip",
+        "marked: a pilot; now in pilot slot 1",
+        "marked: no pilot: a slip; now in slot 1",
     ]
 
 
