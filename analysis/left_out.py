@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from pathlib import Path
 
+from analysis.of_register import OfRegister
+from study.events.inputs import SessionOpened
 from study.recording.enrolled import not_analysed
 from study.recording.identity import PILOT
 from study.recording.parts import SessionRecording
@@ -39,7 +40,7 @@ class LeftOut:
     """Asks register and tombstones, beside recordings or above them; each folder is read once."""
 
     def __init__(self) -> None:
-        self._reasons: dict[Path, dict[tuple[str, str], str]] = {}
+        self._reasons = OfRegister(not_analysed, "")
 
     def reason(
         self, recording: SessionRecording, study: str, participant: str, operator_kind: str
@@ -54,11 +55,16 @@ class LeftOut:
         if operator_kind != "person":
             return ""
         folder = recording.path.parent
-        if folder not in self._reasons:
-            self._reasons[folder] = not_analysed(folder)
-        found = self._reasons[folder].get((study, participant), "")
+        found = self._reasons.of(folder, study, participant, operator_kind)
         # Where there is a register, it says who is a pilot: marks can be changed.
         unregistered = register_folder(folder) is None
         if not found and unregistered and recording.metadata.get(PILOT) == "true":
             return "a pilot session"
         return found
+
+
+def beside(other: SessionOpened, chosen: SessionOpened, file: str) -> str:
+    """Say why one session of a participant is not analysed beside the one that is, in a file."""
+    if other.session_id == chosen.session_id:
+        return f"a copy of the session that is analysed, {file}"
+    return f"another session of {other.participant}; {file} is analysed"

@@ -2,40 +2,14 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
-
-from study.recording.enrolled import slots
 
 if TYPE_CHECKING:
     from analysis.recordings import Session
 
 UNKNOWN = -1
 """Slot of a session of which no register tells."""
-
-
-def with_slots(sessions: Sequence[Session]) -> list[Session]:
-    """Return sessions with the slots that registers give their participants now.
-
-    Simulated participants have no place in a register.
-
-    Raises:
-        StudyError: a register is there but cannot be read.
-    """
-    known: dict[Path, dict[tuple[str, str], int]] = {}
-    found = []
-    for session in sessions:
-        slot = UNKNOWN
-        if session.parts and session.opened.operator_kind == "person":
-            folder = session.parts[0].path.parent
-            if folder not in known:
-                known[folder] = slots(folder)
-            study = session.protocol.get("study", {}).get("name", "")
-            slot = known[folder].get((study, session.opened.participant), UNKNOWN)
-        found.append(dataclasses.replace(session, slot=slot))
-    return found
 
 
 def holds_slot(session: Session) -> bool:

@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from analysis.damaged import KnownTrials, broken_trials, unknown_trials
-from analysis.left_out import LeftOut, SetAside
-from analysis.places import UNKNOWN, with_slots
-from analysis.planned_orders import PlannedOrders
+from analysis.left_out import LeftOut, SetAside, beside
+from analysis.of_register import OfRegister
+from analysis.places import UNKNOWN
 from analysis.salvaged_copies import without_copies
 from analysis.several_protocols import how_to_choose, protocols_in_words
 from analysis.source import RecordingSource
@@ -22,6 +22,7 @@ from study.errors import ProtocolError, RecordingError, StudyError
 from study.events.events import SessionEnded, TrialEnded, TrialStarted
 from study.events.inputs import SessionOpened
 from study.events.task_description import TaskDescription
+from study.recording.enrolled import planned_orders, slots
 from study.recording.exported import export_of
 from study.recording.file_lock import is_held
 from study.recording.parts import SessionRecording, join_parts, part_files
@@ -170,14 +171,15 @@ def load_recordings(paths: Sequence[Path], *, pool: bool = False) -> StudyRecord
             set_aside.append(SetAside(path.name, "", "it is still being written"))
             continue
         if export := export_of(path):
-            reason = f"a Foxglove export of {', '.join(export.files)[:300]}"
-            set_aside.append(SetAside(path.name, export.participant, reason))
+            set_aside.append(SetAside(path.name, export.participant, str(export)))
             continue
         try:
             recordings.append(read_recording(path))
         except RecordingError as error:
             leave_out(path, error)
-    register, plan = LeftOut(), PlannedOrders()
+    register = LeftOut()
+    plan: OfRegister[tuple[str, ...]] = OfRegister(planned_orders, ())
+    places = OfRegister(slots, UNKNOWN)
     recordings, copies = without_copies(recordings)
     set_aside += copies
     for joined in join_parts(recordings):
@@ -196,12 +198,13 @@ def load_recordings(paths: Sequence[Path], *, pool: bool = False) -> StudyRecord
                     session,
                     parts=joined.parts,
                     left_out_trials=joined.left_out_trials,
-                    planned_order=plan.order(joined.path.parent, *whose),
+                    planned_order=plan.of(joined.path.parent, *whose),
+                    slot=places.of(joined.path.parent, *whose),
                 )
             )
         except RecordingError as error:
             leave_out(joined.path, error)
-    return choose_sessions(with_slots(sessions), set_aside, pool=pool)
+    return choose_sessions(sessions, set_aside, pool=pool)
 
 
 def open_session(file: str, recording: RecordingSource) -> Session:
@@ -258,13 +261,6 @@ def open_session(file: str, recording: RecordingSource) -> Session:
     )
 
 
-def _why_not(other: Session, chosen: Session) -> str:
-    """Say why one session of a participant is not analysed beside the one that is."""
-    if other.opened.session_id == chosen.opened.session_id:
-        return f"a copy of the session that is analysed, {chosen.file}"
-    return f"another session of {other.opened.participant}; {chosen.file} is analysed"
-
-
 def choose_sessions(
     sessions: Sequence[Session], set_aside: Sequence[SetAside] = (), *, pool: bool = False
 ) -> StudyRecordings:
@@ -300,7 +296,7 @@ def choose_sessions(
             SetAside(
                 other.file,
                 participant,
-                _why_not(other, ranked[0]),
+                beside(other.opened, ranked[0].opened, ranked[0].file),
                 other.opened.started_utc,
             )
             for other in ranked[1:]

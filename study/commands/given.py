@@ -9,7 +9,7 @@ from study.enrolment.importing import bring_in_step
 from study.enrolment.pseudonyms import looks_like_a_name, refuse_name
 from study.enrolment.register import Register
 from study.loading import LoadedProtocol
-from study.recording.register_folders import FILE_NAME, recordings_under
+from study.recording.register_folders import has_register, recordings_under
 
 
 def check_given(loaded: LoadedProtocol, participant: str, order: str, folder: Path) -> None:
@@ -27,7 +27,7 @@ def check_given(loaded: LoadedProtocol, participant: str, order: str, folder: Pa
     parse_order(order, [condition.name for condition in loaded.protocol.conditions])
     if not looks_like_a_name(participant):
         return
-    if not (folder / FILE_NAME).exists() and not recordings_under(folder):
+    if not has_register(folder) and not recordings_under(folder):
         refuse_name(participant)
     with Register(folder) as register:
         bring_in_step(register)

@@ -7,7 +7,7 @@ from pathlib import Path
 from study.commands.clearing import is_simulated
 from study.errors import StudyError
 from study.recording.enrolled import TOMBSTONES
-from study.recording.register_folders import FILE_NAME, recordings_under, register_folder
+from study.recording.register_folders import has_register, recordings_under, register_folder
 
 
 def check_kept(folder: Path) -> None:
@@ -20,8 +20,7 @@ def check_kept(folder: Path) -> None:
     if not folder.is_dir():
         what = "is a file" if folder.exists() else "is not there"
         raise StudyError(f"no folder {folder}: it {what}", "Give the folder of the recordings.")
-    kept = any((folder / name).exists() for name in (FILE_NAME, TOMBSTONES))
-    if kept:
+    if has_register(folder) or (folder / TOMBSTONES).exists():
         return
     if above := register_folder(folder):
         raise StudyError(

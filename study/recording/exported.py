@@ -32,6 +32,10 @@ class ExportOf:
     study: str
     participant: str
 
+    def __str__(self) -> str:
+        """What it is, in words."""
+        return f"a Foxglove export of {', '.join(self.files)[:300]}"
+
 
 def export_of(path: Path) -> ExportOf | None:
     """Return what a file was exported from; None if it is no export, or cannot be read."""

@@ -234,10 +234,7 @@ def read_recording(path: Path) -> Recording:
             recording has, or it was made by a newer version of this program.
     """
     if export := export_of(path):
-        raise RecordingError(
-            f"{path} is a Foxglove export of {', '.join(export.files)[:300]}, and no recording",
-            "Give the recording itself.",
-        )
+        raise RecordingError(f"{path} is {export}, and no recording", "Give the recording itself.")
     try:
         size = path.stat().st_size
         with path.open("rb") as stream:

@@ -15,7 +15,15 @@ from collections.abc import Iterator
 
 import pygame
 
-from study.shell.drawing.faces import Weight, digit_cell, font, is_own, other_font, other_letters
+from study.shell.drawing.faces import (
+    CAP_HEIGHT,
+    Weight,
+    digit_cell,
+    font,
+    is_own,
+    other_font,
+    other_letters,
+)
 from study.shell.drawing.palette import Colour
 
 OWN, OTHER, BOX, DIGIT = "own", "other", "box", "digit"
@@ -28,10 +36,9 @@ JOINERS = frozenset("\u200c\u200d")
 VARIANTS = frozenset(map(chr, (*range(0xFE00, 0xFE10), *range(0xE0100, 0xE01F0))))
 """Have no look, but choose one of several for the character before them."""
 BOX_WIDTH = 0.58
-BOX_HEIGHT = 0.727
 BOX_GAP = 0.08
 BOX_EDGE = 0.06
-"""Of what no font has, as shares of the size; the gap is on either side."""
+"""Of what no font has, as shares of the size; as tall as capitals; the gap is on either side."""
 
 
 def width_of(text: str, weight: Weight, size: int, *, tabular: bool = False) -> int:
@@ -196,7 +203,7 @@ def _box_cell(size: int) -> int:
 def _boxes(count: int, size: int, colour: Colour) -> pygame.Surface:
     """Return boxes side by side that stand on the lower edge."""
     cell, gap = _box_cell(size), max(1, round(size * BOX_GAP)) if size > 2 else 0
-    height = max(1, round(size * BOX_HEIGHT))
+    height = max(1, round(size * CAP_HEIGHT))
     surface = pygame.Surface((count * cell, height), pygame.SRCALPHA)
     edge = max(1, round(size * BOX_EDGE))
     for number in range(count):

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from analysis.left_out import LeftOut
-from analysis.planned_orders import PlannedOrders
+from analysis.of_register import OfRegister
 from analysis.recordings import find_files, load_recordings
 from command_line import study
 from recorded_people import COMPLETE, known_in, record
@@ -25,7 +25,7 @@ from study.errors import StudyError
 from study.events.events import SessionEnded
 from study.foxglove.export import export
 from study.loading import load_protocol
-from study.recording.enrolled import tombstones
+from study.recording.enrolled import planned_orders, tombstones
 from study.recording.parts import read_session
 from study.recording.register_folders import FILE_NAME, under
 
@@ -91,7 +91,8 @@ def test_who_is_known_from_a_folder_below_is_known(tmp_path: Path) -> None:
     # Also where only the folder below is analysed.
     assert reason(tmp_path / "archive", "P02") == "a pilot session"
     assert reason(tmp_path, "P03") == ""
-    order = PlannedOrders().order(tmp_path / "archive", "smoke", "P03", "person")
+    plan: OfRegister[tuple[str, ...]] = OfRegister(planned_orders, ())
+    order = plan.of(tmp_path / "archive", "smoke", "P03", "person")
     assert order == ("manual", "assisted")
 
 
