@@ -33,6 +33,15 @@ class Merged:
 
 
 def parts_in(folder: Path) -> list[Path]:
-    """Return a folder's recordings in order of part."""
-    files = [*folder.glob("*.mcap"), *folder.glob("*.mcap.part")]
-    return sorted(files, key=lambda path: int(read_recording(path).metadata["part"]))
+    """Return a folder's recordings in order of part.
+
+    A part that was made this moment has no metadata yet, and no records: it is left out.
+    """
+    numbered = []
+    for path in (*folder.glob("*.mcap"), *folder.glob("*.mcap.part")):
+        recording = read_recording(path)
+        if "part" in recording.metadata:
+            numbered.append((int(recording.metadata["part"]), path))
+        else:
+            assert not recording.counts, path
+    return [path for _, path in sorted(numbered)]
