@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import gc
+import os
 from collections.abc import Iterator
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+# Tests that run side by side have a core each; threads of their own would only wait for one.
+# It has to be said before numpy is imported, and reaches the programs that tests start.
+if "PYTEST_XDIST_WORKER" in os.environ:
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # Imports only add objects; until all are collected, walking them would be in vain.
 gc.disable()

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from analysis.planning.assumptions import Assumptions, Design
 from analysis.planning.closed_form import ClosedForm, closed_form
@@ -104,6 +105,12 @@ Runner = Callable[[Sequence[Piece]], Iterable[tuple[int, int, Counts]]]
 
 def run_piece(piece: Piece) -> tuple[int, int, Counts]:
     """Make up studies and test each; return cell, first block and counts."""
+    # More threads are slower, as the matrices are small, and may round otherwise.
+    with threadpool_limits(limits=1):
+        return _run_piece(piece)
+
+
+def _run_piece(piece: Piece) -> tuple[int, int, Counts]:
     found = wrong = refused = by_model = 0
     exaggeration = 0.0
     truth = piece.given.effects[-1]

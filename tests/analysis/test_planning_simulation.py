@@ -159,6 +159,7 @@ def test_a_true_null_is_rejected_at_the_level(assumed: Assumptions) -> None:
     hold(simulated(assumed, Design(12, 8), 20_000), assumed.alpha)
 
 
+@pytest.mark.acceptance
 def test_a_true_null_with_missing_trials_keeps_the_level() -> None:
     """By the mixed model too."""
     cell = simulated(law(effects=(0.0, 0.0), missing=0.2), Design(8, 3), 100)
@@ -167,6 +168,7 @@ def test_a_true_null_with_missing_trials_keeps_the_level() -> None:
     assert cell.formula is None
 
 
+@pytest.mark.acceptance
 def test_losses_cost_power() -> None:
     """Drop-outs, by rule or not, and missing trials."""
     size = Design(10, 3)

@@ -12,6 +12,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from patience import PATIENCE_S
 from protocols import ROOT
 from study.errors import StudyError
@@ -129,6 +131,7 @@ def test_two_at_once_one_killed_and_resumed(tmp_path: Path) -> None:
         assert order
 
 
+@pytest.mark.acceptance
 def test_the_advice_to_go_on_is_a_command_that_works(tmp_path: Path) -> None:
     """Whatever it began with, the session that was ended early goes on with what is advised."""
 

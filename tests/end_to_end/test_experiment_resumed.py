@@ -9,6 +9,8 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
+
 from patience import PATIENCE_S
 from protocols import ROOT
 from small_experiment import small_experiment
@@ -30,6 +32,7 @@ def _hash(folder: Path) -> str:
     return results_sha256(found.trials)
 
 
+@pytest.mark.acceptance
 def test_a_killed_run_goes_on_and_nothing_differs(tmp_path: Path) -> None:
     """SIGKILL in mid-run, then a damaged file: the same results, and only those run again."""
     protocol = small_experiment(tmp_path)

@@ -129,6 +129,7 @@ class _Kept:
         return []
 
 
+@pytest.mark.acceptance
 def test_a_live_session_shows_moving_pictures(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

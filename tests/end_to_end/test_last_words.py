@@ -110,6 +110,7 @@ def test_who_declines_is_thanked(tmp_path: Path) -> None:
         assert study.wait(PATIENCE_S) == 3
 
 
+@pytest.mark.acceptance
 def test_a_full_disk_is_told_to_the_participant_too(tmp_path: Path) -> None:
     """That the session cannot go on; the terminal says why before the window is closed."""
     said = tmp_path / "said"

@@ -1,4 +1,4 @@
-"""The study's commands as they are typed: a program of its own for each."""
+"""The study's commands as they are typed: a process of its own for each."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ from pathlib import Path
 
 from patience import PATIENCE_S
 from protocols import ROOT
+from warm_program import WarmProgram
+
+_warm: list[WarmProgram] = []
 
 
 def study(
@@ -24,21 +27,32 @@ def study(
         folder: in which it runs.
         environment: variables to set for it.
     """
-    done = subprocess.run(
-        [sys.executable, "-m", "study.commands.main", *map(str, arguments)],
-        cwd=folder,
-        env={
-            **os.environ,
-            # Extras may be elsewhere.
-            "PYTHONPATH": os.pathsep.join(filter(None, [str(ROOT), os.getenv("PYTHONPATH")])),
-            "SDL_VIDEODRIVER": "dummy",
-            **(environment or {}),
-        },
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE_S,
-        check=False,
-    )
+    variables = {
+        **os.environ,
+        # Extras may be elsewhere.
+        "PYTHONPATH": os.pathsep.join(filter(None, [str(ROOT), os.getenv("PYTHONPATH")])),
+        "SDL_VIDEODRIVER": "dummy",
+        **(environment or {}),
+    }
+    if environment is None and sys.platform != "win32":
+        done = _warm_for(variables).run([*map(str, arguments)], folder, PATIENCE_S)
+    else:
+        done = subprocess.run(
+            [sys.executable, "-m", "study.commands.main", *map(str, arguments)],
+            cwd=folder,
+            env=variables,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE_S,
+            check=False,
+        )
     assert "Traceback" not in done.stderr + done.stdout, done.stderr
     return done
+
+
+def _warm_for(variables: Mapping[str, str]) -> WarmProgram:
+    """Return the program that has imported what commands need, under these variables."""
+    if not (_warm and _warm[0].serves(variables)):
+        _warm[:] = [WarmProgram(variables)]
+    return _warm[0]

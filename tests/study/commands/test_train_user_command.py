@@ -25,6 +25,7 @@ def _said(*words: str) -> str:
     return done.output
 
 
+@pytest.mark.acceptance
 def test_a_user_is_trained_kept_and_checked(tmp_path: Path) -> None:
     """The command in the weights is the one that was given; the check reads them again."""
     weights = tmp_path / "new" / "user.safetensors"

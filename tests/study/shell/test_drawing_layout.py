@@ -19,8 +19,8 @@ from watched_drawing import Seen, fleets, watched
 pytestmark = pytest.mark.usefixtures("fonts")
 
 SIZES = [((1280, 720), 1.0), ((1280, 720), 2.0), ((1920, 1080), 1.5), ((2560, 1440), 2.0)]
-EVERY_TIME = [((1280, 720), 1.0, "en"), ((1280, 720), 2.0, "pseudo"), ((2560, 1440), 2.0, "en")]
-"""The extremes; what lies between them is looked at in acceptance only."""
+EVERY_TIME = [((1280, 720), 1.0, "en"), ((1280, 720), 2.0, "pseudo")]
+"""Where there is least room; the others are looked at in acceptance only."""
 LOOKS = [
     pytest.param(
         *(look := (size, factor, locale)),
