@@ -132,12 +132,15 @@ def find_boundary(loaded: LoadedProtocol, participant: str, folder: Path) -> Bou
 def _not_there(study: str, participant: str, folder: Path) -> StudyError:
     """Return the refusal of a participant of whom nothing lies beside the register."""
     beginning = f"{study}_{participant}_"
-    moved = [path for path in recordings_under(folder) if path.name.startswith(beginning)]
+    found = [path for path in recordings_under(folder) if path.name.startswith(beginning)]
+    moved = [path for path in found if path.parent.absolute() != folder.absolute()]
+    hint = "Check id and folder, or leave out --resume to start the session."
+    if moved:
+        hint = f"There is {moved[0]}: put it, with its other parts, into {folder}."
+    elif found:
+        hint = f"{found[0].name} broke off before the session began: start it without --resume."
     return StudyError(
-        f'no recording of participant "{participant}" in the study {study} in {folder}',
-        f"There is {moved[0]}: put it, with its other parts, into {folder}."
-        if moved
-        else "Check id and folder, or leave out --resume to start the session.",
+        f'no recording of participant "{participant}" in the study {study} in {folder}', hint
     )
 
 

@@ -261,6 +261,17 @@ def test_unknown_participant_is_refused(tmp_path: Path, records: list[RawRecord]
         find_boundary(study_loaded(), "P02", tmp_path)
 
 
+def test_who_broke_off_before_the_session_began_starts_it(
+    tmp_path: Path, records: list[RawRecord]
+) -> None:
+    """As where Ctrl-C came before the first record: what lies there needs no moving."""
+    name = write_part(tmp_path, records[:0]).name
+    with pytest.raises(StudyError, match='no recording of participant "P01"') as caught:
+        find_boundary(study_loaded(), "P01", tmp_path)
+    began = "broke off before the session began: start it without --resume."
+    assert caught.value.hint == f"{name} {began}"
+
+
 def test_complete_session_is_refused(tmp_path: Path, records: list[RawRecord]) -> None:
     """There is nothing to go on with."""
     write_part(tmp_path, records)
