@@ -19,6 +19,7 @@ import threading
 import time
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any, NoReturn
 
 MODULE = "study.commands.main"
 OFTEN_NEEDED = (
@@ -62,8 +63,13 @@ class WarmProgram:
         assert self._program.stdout is not None
         with tempfile.TemporaryDirectory() as given:
             outputs = [str(Path(given) / name) for name in ("out", "err")]
-            order = {"arguments": arguments, "folder": str(folder), "outputs": outputs}
-            self._program.stdin.write(json.dumps({**order, "seconds": seconds}) + "\n")
+            order = {
+                "arguments": arguments,
+                "folder": str(folder),
+                "outputs": outputs,
+                "seconds": seconds,
+            }
+            self._program.stdin.write(json.dumps(order) + "\n")
             self._program.stdin.flush()
             code = json.loads(self._program.stdout.readline())
             out, err = (Path(path).read_text("utf-8") for path in outputs)
@@ -95,16 +101,17 @@ def _serve() -> None:
         print(json.dumps(_code_of(child, order["seconds"])), file=answers, flush=True)
 
 
-def _be_the_command(order: dict[str, object]) -> None:
+def _be_the_command(order: dict[str, Any]) -> NoReturn:
+    """Become a process that runs a command, and end with it."""
     nothing = os.open(os.devnull, os.O_RDONLY)
-    out, err = (os.open(str(path), os.O_WRONLY | os.O_CREAT) for path in order["outputs"])  # type: ignore[attr-defined]
+    out, err = (os.open(path, os.O_WRONLY | os.O_CREAT) for path in order["outputs"])
     for theirs, ours in ((nothing, 0), (out, 1), (err, 2)):
         os.dup2(theirs, ours)
         os.close(theirs)
     sys.stdin = open(0, encoding="utf-8", closefd=False)  # noqa: SIM115
-    os.chdir(str(order["folder"]))
-    sys.path[0] = str(order["folder"])
-    sys.argv = [MODULE, *order["arguments"]]  # type: ignore[misc]
+    os.chdir(order["folder"])
+    sys.path[0] = order["folder"]
+    sys.argv = [MODULE, *order["arguments"]]
     code = 1
     try:
         runpy.run_module(MODULE, run_name="__main__", alter_sys=True)
